@@ -1,4 +1,4 @@
-//! Says when the embedded page is another one. Never builds it.
+//! Reports changes of the embedded page. Never builds it.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ const ENV_EMBED_PAGE: &str = "ROBOCELL_EMBED_PAGE";
 fn main() -> Result<(), String> {
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rerun-if-env-changed={ENV_EMBED_PAGE}");
-    // A folder that is missing would count as changed every time.
+    // A missing folder would count as changed every time.
     if Path::new("ui/dist").is_dir() {
         println!("cargo:rerun-if-changed=ui/dist");
     }

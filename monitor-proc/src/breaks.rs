@@ -1,4 +1,4 @@
-//! How often the task reached each breakpoint.
+//! Number of times the task reached each breakpoint.
 
 use ipc_types::{BreakName, Decision, WorldState};
 
@@ -10,14 +10,16 @@ pub(crate) struct Breaks {
 }
 
 impl Breaks {
-    /// Takes the breakpoints there are now and the one that was reached last.
+    /// Updates the breakpoints in force and counts the one reached last.
     pub(crate) fn look(&mut self, world: &WorldState, decision: Option<&Decision>) {
+        // Names are carried over by name: a breakpoint set again starts from 0.
         let names = world.panel.breaks().iter().map(BreakName::as_str);
         let before = std::mem::take(&mut self.counts);
         let known = |name: &str| before.iter().find(|(known, _)| known == name);
         let count = |name: &str| known(name).map_or(0, |(_, count)| *count);
         self.counts = names.map(|name| (name.to_owned(), count(name))).collect();
         let tick = decision.map_or(self.tick, |decision| decision.break_tick);
+        // The tick changes once per stop, so a stop is counted once however often it is read.
         if std::mem::replace(&mut self.tick, tick) != tick && tick != 0 {
             let reached = decision.map_or("", |decision| decision.break_name.as_str());
             let mut counts = self.counts.iter_mut();
@@ -27,7 +29,7 @@ impl Breaks {
         }
     }
 
-    /// How often each was reached, in the order they were set.
+    /// Count of each, in the order they were set.
     pub(crate) fn counts(&self) -> &[(String, u64)] {
         &self.counts
     }

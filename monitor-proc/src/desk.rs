@@ -1,6 +1,9 @@
-//! Carries out the commands of pages in a live cell: physics over the bus, the
-//! launcher over its socket, the recorder beside it. Each on a thread of its
-//! own, so that a restart does not hold up a hand that pulls a cube.
+//! Executes the commands of pages in a live cell: physics over the bus, the launcher over its
+//! socket, the recorder in this process. Physics and the others have a thread each, so that a
+//! restart does not delay a drag.
+//!
+//! `take` never waits, as it runs on the thread that serves all pages: a full queue refuses the
+//! command instead. Every command gets exactly one answer.
 
 use std::io::{self, BufRead, BufReader, Read, Write};
 use std::os::unix::net::UnixStream;
@@ -19,18 +22,20 @@ use serde_json::Value;
 use crate::page::command::{Order, RecordOrder};
 use crate::page::desk::{Answer, Desk, Reply, send};
 
-/// Commands of all pages that wait.
+/// Commands waiting, of all pages.
+// 16 pages with eight commands each.
 const WAITING: usize = 128;
 /// Physics answers within a tick; a busy machine needs longer.
 const PHYSICS_PATIENCE: Duration = Duration::from_secs(2);
-/// A demo is loaded, and a process started, within this.
+/// Time in which a demo is loaded and a process started.
 const LAUNCHER_PATIENCE: Duration = Duration::from_secs(10);
 /// Longest answer of the launcher (bytes).
+// One line; a longer one is not from our launcher.
 const MAX_ANSWER: u64 = 1 << 16;
 
-/// For physics.
+/// A request for physics.
 pub type PhysicsErrand = (Box<OperatorRequest>, Answer);
-/// For the launcher or the recorder.
+/// A request for the launcher or the recorder.
 pub type Errand = (ErrandKind, Answer);
 
 /// Requests to processes other than physics.
@@ -42,14 +47,14 @@ pub enum ErrandKind {
     Record(RecordOrder),
 }
 
-/// The counter: sorts commands, and has each written down.
+/// Sorts commands by recipient and has each written to the journal.
 pub struct LiveDesk {
     physics: mpsc::SyncSender<PhysicsErrand>,
     errands: mpsc::SyncSender<Errand>,
     journal: mpsc::Sender<String>,
 }
 
-/// Where the counter's other ends are.
+/// Receiving ends of the desk.
 pub struct Counters {
     /// For [`serve_physics`].
     pub physics: mpsc::Receiver<PhysicsErrand>,
@@ -60,7 +65,7 @@ pub struct Counters {
 }
 
 impl LiveDesk {
-    /// A desk, and where its work arrives.
+    /// A desk and its receiving ends.
     pub fn new() -> (Self, Counters) {
         let (physics, at_physics) = mpsc::sync_channel(WAITING);
         let (errands, at_errands) = mpsc::sync_channel(WAITING);
@@ -81,8 +86,9 @@ impl LiveDesk {
 
 impl Desk for LiveDesk {
     fn take(&self, order: Order, said: &str, answer: Answer) {
-        // Without a journal there is no listener.
+        // Without a journal there is no reader, which does not matter for the command.
         let _written = self.journal.send(said.to_owned()).is_ok();
+        // The answer comes back with a refused command, so it can be sent in any case.
         let left = match order {
             Order::Operate(request) => over(self.physics.try_send((request, answer))),
             Order::Launch(line) => over(self.errands.try_send((ErrandKind::Launch(line), answer))),
@@ -97,7 +103,7 @@ impl Desk for LiveDesk {
     }
 }
 
-/// The answer of what was not taken, and why.
+/// The answer of a command that was not accepted, and the reason.
 fn over<T>(sent: Result<(), mpsc::TrySendError<(T, Answer)>>) -> Option<(Answer, &'static str)> {
     match sent {
         Ok(()) => None,
@@ -110,7 +116,7 @@ fn over<T>(sent: Result<(), mpsc::TrySendError<(T, Answer)>>) -> Option<(Answer,
     }
 }
 
-/// Hands requests to physics until the desk is gone.
+/// Sends requests to physics until the desk is dropped.
 pub fn serve_physics(start: &Start, orders: &mpsc::Receiver<PhysicsErrand>) {
     let mut line = Line::default();
     while let Ok((request, answer)) = orders.recv() {
@@ -119,9 +125,10 @@ pub fn serve_physics(start: &Start, orders: &mpsc::Receiver<PhysicsErrand>) {
     }
 }
 
-/// The line to physics, made when it is needed.
+/// The connection to physics, made when it is needed.
 #[derive(Default)]
 struct Line {
+    // A port must not outlive its node.
     // In this order: a port is closed before its bus.
     client: Option<OperatorClient>,
     bus: Option<Bus>,
@@ -144,7 +151,9 @@ impl Line {
     }
 
     fn client(&mut self, start: &Start) -> Result<&mut OperatorClient, String> {
+        // At the first request: a cell without commands needs no second node.
         if self.client.is_none() {
+            // The bus is kept if only the client failed, as joining is the costly part.
             let bus = match self.bus.take() {
                 Some(bus) => bus,
                 None => start
@@ -161,7 +170,7 @@ impl Line {
     }
 }
 
-/// Runs errands until the desk is gone; `record` asks the recorder.
+/// Executes requests until the desk is dropped; `record` passes them to the recorder.
 pub fn serve_errands(
     control: &Path,
     errands: &mpsc::Receiver<Errand>,
@@ -191,6 +200,7 @@ struct LauncherReply {
 fn ask_launcher(control: &Path, line: &Value) -> Reply {
     let talk = || -> io::Result<LauncherReply> {
         let mut stream = UnixStream::connect(control)?;
+        // The launcher may be busy with a start; without a limit all later commands would wait.
         stream.set_read_timeout(Some(LAUNCHER_PATIENCE))?;
         stream.set_write_timeout(Some(LAUNCHER_PATIENCE))?;
         writeln!(stream, "{line}")?;

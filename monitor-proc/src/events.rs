@@ -1,5 +1,5 @@
-//! The page's log, and the lanes of its timeline, as files of the run: a monitor that was started again, and a page
-//! that was opened late, show what was said before.
+//! The page's log and the lanes of its timeline as files of the run: a restarted monitor, and a
+//! page opened late, show the earlier lines.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{BufRead, BufReader, Write};
@@ -13,11 +13,12 @@ use crate::story::KEPT_LINES;
 pub const EVENTS: &str = "events.jsonl";
 /// The lanes of its timeline.
 pub const LANES: &str = "lanes.jsonl";
-/// A file that grew to this size is cut to the lines that are shown (bytes).
+/// Size at which a file is cut to the lines that are shown (bytes).
+// The run directory is in memory.
 const LIMIT_BYTES: u64 = 1 << 20;
 
-/// Appends lines of the log, one JSON object each. What the disk does not take is
-/// missing after a restart of the monitor, and nowhere else.
+/// Appends lines of the log, one JSON object each. Lines that the disk refuses are missing
+/// after a restart of the monitor, and nowhere else.
 pub struct EventFile {
     path: PathBuf,
     file: Option<File>,
@@ -37,6 +38,7 @@ impl EventFile {
         let Some(file) = self.file.as_mut().filter(|_| !lines.is_empty()) else {
             return;
         };
+        // Failures are ignored: the page has the lines, and the next start has fewer.
         let written = file.write_all(text(lines).as_bytes()).is_ok();
         let bytes = file.metadata().map_or(0, |meta| meta.len());
         if written && bytes > LIMIT_BYTES {
@@ -48,6 +50,7 @@ impl EventFile {
     fn cut(&mut self) {
         let next = self.path.with_extension("next");
         let kept = text(&last_lines(&self.path));
+        // A new file and a rename: a kill here leaves the long file or the short one.
         if fs::write(&next, kept).is_ok() && fs::rename(&next, &self.path).is_ok() {
             self.file = append_to(&self.path);
         }
@@ -69,13 +72,14 @@ fn append_to(path: &Path) -> Option<File> {
     opened.ok()
 }
 
-/// The last lines that are whole.
+/// The last complete lines.
 fn last_lines(path: &Path) -> Vec<Value> {
     let Ok(file) = File::open(path) else {
         return Vec::new();
     };
     let lines = BufReader::new(file).lines().map_while(Result::ok);
     let mut lines: Vec<Value> = lines
+        // A line cut off by a kill is not JSON and is dropped.
         .filter_map(|line| serde_json::from_str(&line).ok())
         .filter(Value::is_object)
         .collect();

@@ -1,5 +1,5 @@
-//! From the bus to the hub: frames at 60 Hz while a page is open, how everybody
-//! is doing at 4 Hz.
+//! From the bus to the hub: frames at 60 Hz while a page is open, the health of all processes
+//! at 4 Hz.
 
 use std::sync::Arc;
 
@@ -20,11 +20,14 @@ use crate::snapshot::{FLAG_RECORDING, Moment, encode};
 use crate::starts::Starts;
 use crate::status::{StatusInput, speed_text, status};
 
-/// 60 frames a second.
+/// Period of the frames: 60 a second.
+// What a screen shows; more would cost the core that the loops share.
 const FRAME_NS: u64 = 16_666_667;
-/// How often a status is told.
+/// Interval of the status messages.
+// As fast as a person reads figures.
 const STATUS_NS: u64 = 250_000_000;
-/// Who publishes nothing for this long is silent.
+/// A process that publishes nothing for this time is silent.
+// A hundred health messages: far longer than any pause of a busy machine.
 const SILENCE_NS: u64 = 1_000_000_000;
 
 /// Reads what the page shows.
@@ -34,7 +37,7 @@ pub struct Feed {
     status: Vec<Latest<ArmStatus>>,
     decision: Latest<Decision>,
     contacts: Latest<Contacts>,
-    /// Whether it was said that there are more of them than a message carries.
+    /// Whether the excess of contacts over a message's capacity was reported.
     contacts_exceeded: bool,
     healths: Vec<(Process, Latest<Health>)>,
     misses: Misses,
@@ -96,8 +99,9 @@ impl Feed {
         &self.hub
     }
 
-    /// How long until there is something to do (ns).
+    /// Time until the next task (ns).
     pub fn idle_ns(&self, now_ns: u64) -> u64 {
+        // Without a page no frames: the monitor then costs four messages a second.
         let next = if self.hub.is_watched() {
             self.next_frame_ns
         } else {
@@ -106,17 +110,19 @@ impl Feed {
         next.saturating_sub(now_ns)
     }
 
-    /// The world as it was looked at last.
+    /// The last world that was read.
     pub fn world(&self) -> Option<&WorldState> {
         self.world.get()
     }
 
-    /// Tells what is due at `now_ns`; the lines of the log that are new.
+    /// Sends everything that is due at `now_ns`; returns the new lines of the log.
     pub fn turn(&mut self, now_ns: u64, recorder: impl FnOnce() -> RecorderNews) -> Vec<Value> {
         if self.hub.is_watched() && now_ns >= self.next_frame_ns {
             self.next_frame_ns = after(self.next_frame_ns, FRAME_NS, now_ns);
             self.frame(now_ns);
         }
+        // Every turn, not every frame: a short phase must not be missed between two status
+        // messages.
         self.look_lanes();
         let lines = self.hub.tell_news();
         if now_ns >= self.next_status_ns {
@@ -137,7 +143,7 @@ impl Feed {
         }
     }
 
-    /// Says once that there are more contacts than a message carries.
+    /// Reports once that there are more contacts than a message carries.
     fn report_contacts(&mut self) {
         let Some(contacts) = self.contacts.get().filter(|c| c.total > c.count) else {
             return;
@@ -152,7 +158,7 @@ impl Feed {
         }
     }
 
-    /// What the lanes of the timeline show now.
+    /// Updates the lanes of the timeline.
     fn look_lanes(&mut self) {
         self.world.refresh();
         self.decision.refresh();
@@ -160,6 +166,7 @@ impl Feed {
             return;
         };
         let decision = self.decision.get();
+        // After a reset the last decision is of the scene before, until the task decides again.
         let decision = decision.filter(|decision| self.reset.is_after(Some(world), decision));
         self.breaks.look(world, decision);
         let rows = lanes::rows(world, decision, &self.arms, &self.objects);
@@ -170,6 +177,7 @@ impl Feed {
 
     fn frame(&mut self, now_ns: u64) {
         self.look();
+        // Before the first state there is no moment to show.
         let Some(world) = self.world.get() else {
             return;
         };
@@ -181,6 +189,7 @@ impl Feed {
             status: &status,
             decision,
             contacts: self.contacts.get(),
+            // Measured over frames that are shown, so it falls when frames come late.
             real_time_factor: self.pace.look(now_ns, world.header.sim_time_ns),
             flags: if self.recording { FLAG_RECORDING } else { 0 },
         };
@@ -195,6 +204,7 @@ impl Feed {
         }
         let healths = self.healths.iter();
         let processes: Vec<(Process, Option<&Health>)> = healths
+            // Kept until here: a silent process is shown as silent, not with its last figures.
             .map(|(process, latest)| (*process, latest.get().filter(|h| is_recent(h, now_ns))))
             .collect();
         let world = self.world.get();
@@ -202,6 +212,7 @@ impl Feed {
         let missed = self.misses.look(&processes, time_s, now_ns);
         for started in self.starts.look(&processes, time_s) {
             let epoch = world.map(|world| world.header.generation);
+            // A process heard last in a later simulated time: physics has gone back since.
             let (process, down_s) = (started.process, started.down_s.min(time_s));
             self.hub
                 .change_lanes(|lanes| lanes.was_down(process, epoch, down_s, time_s));
@@ -211,6 +222,7 @@ impl Feed {
         }
         if let Some(world) = world {
             let gaps = recorder.gaps();
+            // The number only grows, so any growth is a new gap.
             let has_gap = std::mem::replace(&mut self.gaps, gaps) < gaps;
             recorder.file().clone_into(&mut self.file);
             let mut rows = process_rows(&self.healths, now_ns);
@@ -231,10 +243,12 @@ impl Feed {
             breaks: self.breaks.counts(),
             policy: &self.policy,
         });
+        // Replaces the message's default of a recorder that is off.
         if let Some((recorder, latency)) = recorder.told {
             message["recorder"] = recorder;
             message["latency"] = latency;
         }
+        // The task may have been restarted with another policy.
         if let Some(decision) = decision.filter(|d| !d.policy.is_empty()) {
             self.hub.set_policy(decision.policy.as_str());
         }
@@ -261,19 +275,19 @@ fn is_recent(health: &Health, now_ns: u64) -> bool {
     health.header.publish_ns + SILENCE_NS > now_ns
 }
 
-/// What the recorder says for a status.
+/// News of the recorder for a status.
 #[derive(Clone, Debug, Default)]
 pub struct RecorderNews {
     /// `recorder` and `latency` of the message.
     pub told: Option<(Value, Value)>,
-    /// What the flight recorder holds, when it is time to say it.
+    /// Content of the flight recorder, when due.
     pub timeline: Option<Timeline>,
     /// Whether a file is being written.
     pub to_file: bool,
 }
 
 impl RecorderNews {
-    /// Name of the file that is written; empty for none.
+    /// Name of the file being written; empty for none.
     fn file(&self) -> &str {
         let file = self
             .told
@@ -282,7 +296,7 @@ impl RecorderNews {
         file.unwrap_or_default()
     }
 
-    /// Messages that were lost so far.
+    /// Number of messages lost so far.
     fn gaps(&self) -> u64 {
         let gaps = self
             .told
@@ -298,9 +312,10 @@ fn moment(world: &WorldState) -> (f64, Option<u32>) {
     (header.sim_time_ns as f64 * 1.0e-9, Some(header.generation))
 }
 
-/// The next of a row of moments after `now_ns`; those missed are left out.
+/// The next due time of a period after `now_ns`; missed ones are skipped.
 fn after(due_ns: u64, period_ns: u64, now_ns: u64) -> u64 {
     let next = due_ns + period_ns;
+    // A burst of late frames would show the past.
     if next > now_ns {
         next
     } else {

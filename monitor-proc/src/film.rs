@@ -1,4 +1,4 @@
-//! What was recorded, as it is shown again.
+//! A recording as shown again.
 
 use ipc_types::{ArmStatus, Decision, TraceLine, WorldState};
 use serde_json::{Value, json};
@@ -8,8 +8,7 @@ use crate::snapshot::{FLAG_NOT_LIVE, Moment, encode};
 use crate::status::{self, StatusInput};
 use crate::story::Story;
 
-/// How the nodes of the task's pictures stand is in the trace once a second, and so
-/// are the pictures.
+/// Statuses and pictures of the task are in the trace once a second: this much of it has all.
 const PICTURES_S: f64 = 1.1;
 
 /// One moment of a recording.
@@ -17,13 +16,13 @@ const PICTURES_S: f64 = 1.1;
 pub struct Still {
     /// The world.
     pub world: Box<WorldState>,
-    /// What the controllers had said.
+    /// Status of the controllers.
     pub status: Vec<ArmStatus>,
-    /// What the task had said.
+    /// Decision of the task.
     pub decision: Box<Decision>,
 }
 
-/// A recording that is read.
+/// A recording that can be read.
 pub trait Film {
     /// Shows the history of `epoch` from now on, or of the newest.
     fn show_epoch(&mut self, epoch: Option<u32>);
@@ -35,7 +34,7 @@ pub trait Film {
     ///
     /// # Errors
     ///
-    /// Why there is none.
+    /// The reason why there is none.
     fn still(&mut self, time_s: f64) -> Result<Still, String>;
 
     /// Trace of the task after `from_s` up to `to_s`, oldest first.
@@ -56,13 +55,14 @@ pub trait Film {
 impl Still {
     /// The frame of this moment.
     pub fn frame(&self, fingers: &[usize], real_time_factor: f64, flags: u32) -> Vec<u8> {
-        // Each status says which arm it is of.
+        // Each status names its arm.
         let of = |arm: usize| self.status.iter().find(|s| s.arm as usize == arm);
         let status: Vec<Option<&ArmStatus>> = (0..self.world.arms().len()).map(of).collect();
         let moment = Moment {
             world: &self.world,
             status: &status,
             decision: Some(&self.decision),
+            // Contacts are not recorded.
             contacts: None,
             real_time_factor,
             flags: FLAG_NOT_LIVE | flags,
@@ -79,7 +79,7 @@ pub struct Projector<F> {
     heard: Heard,
 }
 
-/// How the task's pictures stood some time before a moment, and when that was.
+/// Statuses of the task's pictures some time before a moment, with that time.
 pub type Heard = Box<dyn Fn(f64) -> Option<(f64, Story)>>;
 
 impl<F: Film> Projector<F> {
@@ -94,10 +94,11 @@ impl<F: Film> Projector<F> {
         }
     }
 
-    /// The task's pictures as they stood at `time_s`, as far as that is known.
+    /// The task's pictures at `time_s`, as far as known.
     fn story(&mut self, time_s: f64) -> Story {
         let heard = (self.heard)(time_s);
         let (from_s, mut story) = heard.unwrap_or_else(|| (time_s - PICTURES_S, Story::default()));
+        // From the last known statuses on; without them the last second has every picture.
         for line in self.film.trace(from_s, time_s).unwrap_or_default() {
             story.take_picture(&line);
         }
@@ -110,7 +111,7 @@ impl<F: Film> Past for Projector<F> {
         let time_s = when.time_s;
         self.film.show_epoch(when.epoch);
         let (from_s, to_s) = self.film.span_s();
-        // The caller opens again what may have continued in the meantime.
+        // Checked, as the caller opens the recording again if it has grown.
         if !(from_s..=to_s).contains(&time_s) {
             let span = format!("from {from_s:.1} s to {to_s:.1} s");
             return Err(format!("{time_s:.1} s is not recorded; there is {span}"));
@@ -144,10 +145,11 @@ impl<F: Film> Past for Projector<F> {
         let (from_s, to_s) = self.film.span_s();
         let (mut frames, mut last) = (Vec::new(), None);
         for time_s in span.times_s().filter(|at| (from_s..=to_s).contains(at)) {
-            // Where a recording begins, there may be no whole state yet.
+            // At the start of a recording there may be no complete state yet.
             let Ok(still) = self.film.still(time_s) else {
                 continue;
             };
+            // A paused cell has one state for many times; it is sent once.
             if last.replace(still.world.header.tick) != Some(still.world.header.tick) {
                 frames.extend(still.frame(&self.fingers, 0.0, 0));
             }

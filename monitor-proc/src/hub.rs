@@ -1,5 +1,11 @@
-//! What pages are fed from: the newest frame, and slow news with the last known
-//! state for late joiners. Filled by the bus, by a replayed file, or by a test.
+//! Distributes frames and news to pages: the newest frame, and news with the last known state
+//! for late joiners. Fed by the bus, by a replayed file, or by a test.
+//!
+//! Feeding never waits for a page: frames are replaced, and news beyond the buffer are replaced
+//! by
+//! the whole state. `join` and every `tell` hold one lock, so that a page gets each message
+//! either
+//! in its state or as news, never twice and never not at all.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -18,7 +24,8 @@ use crate::page::role::Role;
 use crate::story::Story;
 use crate::story::history::History;
 
-/// News a slow reader can be behind; then everything is sent again.
+/// News that a slow reader can be behind; then everything is sent again.
+// Some seconds of a busy task; more would only delay the full state.
 const WAITING_NEWS: usize = 512;
 
 /// The run as the page names it.
@@ -47,18 +54,18 @@ pub struct DemoInfo {
     pub description: String,
     /// Policies that can run it.
     pub policies: Vec<String>,
-    /// The one that runs where none is named.
+    /// The policy used if none is given.
     pub default_policy: String,
 }
 
-/// What a client is told first, but for its role.
+/// First message to a client, without its role.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Hello {
     /// False for a replayed file.
     pub live: bool,
     /// The run.
     pub run: RunInfo,
-    /// What can be loaded.
+    /// Demos that can be loaded.
     pub demos: Vec<DemoInfo>,
     /// Name of the replayed file.
     pub source: Option<String>,
@@ -75,7 +82,7 @@ pub struct Timeline {
     pub epochs: Vec<EpochSpan>,
 }
 
-/// Last state of all that is told.
+/// Last state of everything that is sent to pages.
 struct Known {
     hello: Hello,
     scene: Arc<Value>,
@@ -86,15 +93,15 @@ struct Known {
     timeline: Option<Utf8Bytes>,
 }
 
-/// A client's ends.
+/// Receivers of one client.
 pub struct Joined {
     /// The newest frame; empty before the first.
     pub frames: watch::Receiver<Bytes>,
     /// News from now on.
     pub news: broadcast::Receiver<Utf8Bytes>,
-    /// Why the connection has to end, once it has to.
+    /// Reason why the connection has to end, once it has to.
     pub gone: watch::Receiver<Option<&'static str>>,
-    /// All that was told before.
+    /// Everything sent before.
     pub state: Vec<Utf8Bytes>,
 }
 
@@ -107,7 +114,7 @@ pub struct Hub {
 }
 
 impl Hub {
-    /// A hub that knows no more than the scene.
+    /// A hub that knows only the scene.
     pub fn new(hello: Hello, scene: Value) -> Arc<Self> {
         let known = Known {
             hello,
@@ -126,14 +133,15 @@ impl Hub {
         })
     }
 
-    /// Whether anybody looks.
+    /// Whether a page is connected.
     pub fn is_watched(&self) -> bool {
         self.frames.receiver_count() > 0
     }
 
-    /// Shows a frame; the one before is forgotten, seen or not. A frame that is
-    /// the same as the one before is none.
+    /// Shows a frame; the one before is dropped, seen or not. A frame equal to the one before
+    /// is not sent.
     pub fn frame(&self, frame: Vec<u8>) {
+        // A paused cell sends nothing: the page would draw the same again.
         self.frames.send_if_modified(|newest| {
             let new = *newest != frame;
             if new {
@@ -143,27 +151,28 @@ impl Hub {
         });
     }
 
-    /// Says that what follows is of `epoch`, a generation of physics.
+    /// Sets the epoch, a generation of physics, of all that follows.
     pub fn set_epoch(&self, epoch: u32) {
         self.lock().story.set_epoch(epoch);
     }
 
-    /// Takes a line of the task's trace; [`Self::tell_news`] tells it.
+    /// Takes a line of the task's trace; [`Self::tell_news`] sends it.
     pub fn take_line(&self, line: &TraceLine) {
         let mut known = self.lock();
         let known = &mut *known;
         let time_s = line.header.sim_time_ns as f64 * 1.0e-9;
+        // The history before the line: it keeps the state before this time.
         known.history.next(time_s, &known.story);
         known.story.take(line);
     }
 
-    /// How the task's pictures stood some seconds before `time_s`, and when that was;
-    /// none where no page listened then.
+    /// Statuses of the task's pictures some seconds before `time_s`, with that time; none if no
+    /// page was served then.
     pub fn story_before(&self, time_s: f64) -> Option<(f64, Story)> {
         self.lock().history.before(time_s)
     }
 
-    /// Adds a line to the log that no event belongs to.
+    /// Adds a line without an event to the log.
     pub fn say(&self, time_s: f64, kind: &str, text: &str) {
         let mut known = self.lock();
         known.story.say(time_s, kind, TraceEvent::None, text);
@@ -191,12 +200,12 @@ impl Hub {
         known.lanes.explain(what);
     }
 
-    /// Changes the lanes of the timeline; [`Self::tell_lanes`] tells it.
+    /// Changes the lanes of the timeline; [`Self::tell_lanes`] sends the changes.
     pub fn change_lanes(&self, change: impl FnOnce(&mut Lanes)) {
         change(&mut self.lock().lanes);
     }
 
-    /// Tells what is new in the lanes of the timeline; what that is.
+    /// Sends the changes of the timeline's lanes and returns them.
     pub fn tell_lanes(&self) -> Vec<Span> {
         let mut known = self.lock();
         let news = known.lanes.news();
@@ -210,11 +219,12 @@ impl Hub {
     pub fn replace_lanes(&self, lanes: Lanes) {
         let mut known = self.lock();
         known.lanes = lanes;
+        // Sent as a whole below, so they are not news.
         known.lanes.news();
         self.tell(&known.lanes.message(None));
     }
 
-    /// Forgets what the task said: another past is shown from now on.
+    /// Replaces the task's story: another time is shown from now on.
     pub fn forget_story(&self, story: Story) {
         let mut known = self.lock();
         known.story = story;
@@ -222,16 +232,16 @@ impl Hub {
         for message in known.story.everything() {
             self.tell(&message);
         }
-        // What it counts as new has just been told.
+        // Its news are part of what was just sent.
         known.story.news();
     }
 
-    /// Lines that an earlier start of the monitor told.
+    /// Adds lines that an earlier start of the monitor sent.
     pub fn recall(&self, lines: Vec<Value>) {
         self.lock().story.recall(lines);
     }
 
-    /// Tells what is new in the task's story; the lines of the log that are.
+    /// Sends the news of the task's story; returns its new lines of the log.
     pub fn tell_news(&self) -> Vec<Value> {
         let mut known = self.lock();
         let mut lines = Vec::new();
@@ -250,7 +260,7 @@ impl Hub {
         known.status = Some(self.tell(status));
     }
 
-    /// Tells what the recorder holds.
+    /// Sends the content of the recorder.
     pub fn tell_timeline(&self, timeline: &Timeline) {
         let mut known = self.lock();
         let mut message = json!(timeline);
@@ -258,20 +268,21 @@ impl Hub {
         known.timeline = Some(self.tell(&message));
     }
 
-    /// The policy that runs now: a task can be restarted with another one.
+    /// Sets the policy that is running: a task can be restarted with another one.
     pub fn set_policy(&self, policy: &str) {
         let mut known = self.lock();
+        // Compared first: this is called at 4 Hz, and a page that joins later reads it.
         if known.hello.run.policy != policy {
             policy.clone_into(&mut known.hello.run.policy);
         }
     }
 
-    /// The policy that runs now.
+    /// The policy that is running.
     pub fn policy(&self) -> String {
         self.lock().hello.run.policy.clone()
     }
 
-    /// How simulated time passes now: that can be changed while the cell runs.
+    /// Sets the speed of simulated time, which can change while the cell runs.
     pub fn set_speed(&self, speed: &str) {
         let mut known = self.lock();
         if known.hello.run.speed != speed {
@@ -284,7 +295,7 @@ impl Hub {
         self.lock().scene.clone()
     }
 
-    /// Ends every connection; the first reason is the one that is told.
+    /// Ends every connection; the first reason is the one sent.
     pub fn close(&self, why: &'static str) {
         self.gone.send_if_modified(|gone| {
             let first = gone.is_none();
@@ -299,10 +310,12 @@ impl Hub {
         let _closed = gone.wait_for(Option::is_some).await.is_ok();
     }
 
-    /// A new client's ends; nothing is told twice, and nothing is left out.
+    /// Receivers of a new client; nothing is sent twice, and nothing is left out.
     pub fn join(&self, role: Role) -> Joined {
         let mut frames = self.frames.subscribe();
+        // The present frame is news to this client.
         frames.mark_changed();
+        // Subscribed under the lock: a message between state and subscription would be lost.
         let known = self.lock();
         Joined {
             frames,
@@ -312,7 +325,7 @@ impl Hub {
         }
     }
 
-    /// All of the task's story once more.
+    /// The whole story of the task.
     pub fn story(&self) -> Vec<Utf8Bytes> {
         self.lock().story.everything().iter().map(text).collect()
     }
@@ -320,7 +333,7 @@ impl Hub {
     fn tell(&self, message: &Value) -> Utf8Bytes {
         let text = text(message);
         if self.news.receiver_count() > 0 {
-            // The last one may leave at this moment.
+            // The last client may leave at this moment.
             let _heard = self.news.send(text.clone()).is_ok();
         }
         text

@@ -3,22 +3,23 @@
 use cell_model::runs::incident::{Head, Incidents};
 use cell_model::runs::spec::RunSpec;
 
-/// How often the directory is looked at (ns).
+/// Interval at which the directory is read (ns).
+// A failure is shown within half a second; the directory has 32 entries at most.
 const PERIOD_NS: u64 = 500_000_000;
 
-/// Tells each failure of one run once.
+/// Reports each failure of one run once.
 pub(crate) struct IncidentWatch {
     incidents: Incidents,
     run: u64,
     newest: u32,
-    /// Failures of the newest that were told.
+    /// Number of failures of the newest incident that were reported.
     told: usize,
     next_ns: u64,
 }
 
 impl IncidentWatch {
-    /// Of the run of `spec`; of the incident with number `newest`, `told` failures were
-    /// told, and of those before it all.
+    /// The watch of the run of `spec`; of the incident with number `newest`, `told` failures
+    /// were reported, and of earlier ones all.
     pub(crate) fn new(spec: &RunSpec, newest: u32, told: usize) -> Self {
         Self {
             incidents: Incidents::at(spec.incidents_dir.clone()),
@@ -29,7 +30,7 @@ impl IncidentWatch {
         }
     }
 
-    /// Incidents with failures that are new, and what failed.
+    /// Incidents with new failures, and their descriptions.
     pub(crate) fn news(&mut self, now_ns: u64) -> Vec<(Head, String)> {
         if now_ns < self.next_ns {
             return Vec::new();
@@ -37,7 +38,7 @@ impl IncidentWatch {
         self.next_ns = now_ns + PERIOD_NS;
         let mut news = Vec::new();
         for number in self.incidents.numbers() {
-            // One that is just deleted, or of another version, is left out.
+            // An incident that is just deleted, or of another version, is left out.
             let head = self.incidents.head(number).ok();
             let Some(head) = head.filter(|head| number >= self.newest && head.run == self.run)
             else {
@@ -46,6 +47,7 @@ impl IncidentWatch {
             if number > self.newest {
                 (self.newest, self.told) = (number, 0);
             }
+            // The launcher adds further failures to an open incident; only those are new.
             let failures = std::iter::once(&head.what).chain(&head.also);
             let new: Vec<String> = failures.skip(self.told).cloned().collect();
             self.told += new.len();

@@ -1,5 +1,4 @@
-//! Recordings a page asks for: where they go, and what they are called. A page
-//! names no files.
+//! Recordings requested by a page: their folder and names. A page gives no file names.
 
 use std::path::{Path, PathBuf};
 
@@ -8,14 +7,15 @@ use cell_model::runs::spec::RunSpec;
 use crate::page::command::RecordOrder;
 use crate::recorder::{Recorder, RecorderRequest};
 
-/// Recordings of one demo that are told apart.
+/// Largest number of recordings of one demo.
+// Names are tried one by one, so the search must end.
 const MAX_NUMBER: u32 = 10_000;
 
-/// Has `order` carried out for the run of `spec`; what to tell the person.
+/// Has `order` executed for the run of `spec`; returns a message for the person.
 ///
 /// # Errors
 ///
-/// Why not, for people.
+/// The reason, for people.
 pub fn record(recorder: &Recorder, spec: &RunSpec, order: RecordOrder) -> Result<String, String> {
     let file = || -> Result<PathBuf, String> {
         let folder = folder(&spec.record.flight_dir);
@@ -33,8 +33,8 @@ pub fn record(recorder: &Recorder, spec: &RunSpec, order: RecordOrder) -> Result
     })
 }
 
-/// `recordings` of all cells: in `STATE`, of a ring in `STATE/flight/CELL`; in `BASE`, of
-/// one in `BASE/CELL/flight`. The next run of the cell empties `BASE/CELL`.
+/// `recordings` of all cells: in `STATE`, of a ring in `STATE/flight/CELL`; in `BASE`, of one
+/// in `BASE/CELL/flight`. The next run of the cell empties `BASE/CELL`.
 fn folder(flight: &Path) -> PathBuf {
     let all = flight.parent().and_then(Path::parent);
     all.unwrap_or(flight).join("recordings")
@@ -47,6 +47,7 @@ fn free(folder: &Path, demo: &str) -> PathBuf {
         _ => folder.join(format!("{demo}-{number}.mcap")),
     };
     let free = (1..MAX_NUMBER).map(name).find(|path| !path.exists());
+    // Beyond the limit the name is taken, and the recorder refuses it with the file's name.
     free.unwrap_or_else(|| name(1))
 }
 

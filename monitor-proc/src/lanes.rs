@@ -1,4 +1,4 @@
-//! What lasted from when to when, lane by lane, for the timeline of the page
+//! States with their duration, lane by lane, for the timeline of the page
 //! (docs/page-protocol.md, `lanes`).
 
 use std::collections::VecDeque;
@@ -11,30 +11,32 @@ use serde_json::{Value, json};
 
 use crate::film::Film;
 
-/// Spans that are kept, of all lanes together.
+/// Number of spans kept, of all lanes together.
+// A page draws them all.
 const KEPT: usize = 4000;
 
-/// A process that was restarted is shown for this long at least (s).
+/// A restarted process is shown for at least this time (s).
+// A restart takes some 20 ms, which would be invisible on a timeline of minutes.
 const LEAST_DOWN_S: f64 = 0.02;
 
-/// From a moment on, until the next span of the lane.
+/// A state from a moment on, until the next span of the lane.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Span {
     /// Name of the lane.
     pub lane: String,
-    /// What the lane is about.
+    /// Subject of the lane.
     pub kind: Kind,
     /// Simulated time (s).
     pub from_s: f64,
     /// Generation of physics; `None` where that is not known.
     pub epoch: Option<u32>,
-    /// What lasts; empty for nothing.
+    /// The state; empty for none.
     pub label: String,
-    /// How good that is.
+    /// Severity of the state.
     pub tone: Tone,
 }
 
-/// What a lane is about.
+/// Subject of a lane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
@@ -42,15 +44,15 @@ pub enum Kind {
     Task,
     /// Phase of the policy.
     Phase,
-    /// What an arm holds.
+    /// Object held by an arm.
     Grip,
-    /// A process that does not run.
+    /// A process that is not running.
     Process,
-    /// The file that is written.
+    /// The file being written.
     Recording,
 }
 
-/// How good something is.
+/// Severity of a state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[allow(missing_docs, reason = "words of the page")]
@@ -62,7 +64,7 @@ pub enum Tone {
     Dim,
 }
 
-/// What a lane shows now.
+/// Present state of a lane.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
     lane: String,
@@ -81,12 +83,12 @@ impl Row {
         }
     }
 
-    /// A process; an empty `label` where it runs.
+    /// A process; an empty `label` if it is running.
     pub fn process(process: Process, label: &str) -> Self {
         Self::new(process.name(), Kind::Process, label, Tone::Bad)
     }
 
-    /// The file that is written, or a gap in what is recorded.
+    /// The file being written, or a gap in the recording.
     pub fn recording(file: &str, has_gap: bool) -> Self {
         let (label, tone) = if has_gap {
             ("gap", Tone::Bad)
@@ -120,6 +122,7 @@ pub fn rows(
         let held = (arm.gripper.held_object as usize).checked_sub(1);
         let held = held.and_then(|held| objects.get(held));
         let lane = match arms.get(index) {
+            // One arm needs no name in its lane.
             Some(name) if arms.len() > 1 => format!("grip {name}"),
             _ => "grip".to_owned(),
         };
@@ -129,11 +132,12 @@ pub fn rows(
     rows
 }
 
-/// The phase, in the lane of its arm where there are several: a task of several arms
-/// names a phase `LEFT_LIFT`, and one arm's at a time.
+/// The phase, in the lane of its arm if there are several: a task of several arms names a phase
+/// `LEFT_LIFT`, one arm's at a time.
 fn phases(phase: &str, arms: &[String]) -> Vec<Row> {
     let row = |lane: String, label: &str| Row::new(lane, Kind::Phase, label, Tone::Info);
     let lane = |arm: &String| format!("phase {arm}");
+    // Between two phases every lane is empty, or the last phase would seem to continue.
     if arms.len() > 1 && phase.is_empty() {
         return arms.iter().map(|arm| row(lane(arm), "")).collect();
     }
@@ -141,6 +145,7 @@ fn phases(phase: &str, arms: &[String]) -> Vec<Row> {
     let of_arm = several.iter().find_map(|arm| {
         let (name, rest) = phase.split_at_checked(arm.len())?;
         let rest = rest.strip_prefix('_')?;
+        // Names of arms may have characters that a phase has not; these are underscores there.
         let is_same = |(in_phase, of_arm): (char, char)| {
             in_phase.eq_ignore_ascii_case(&of_arm)
                 || (in_phase == '_' && !of_arm.is_ascii_alphanumeric())
@@ -161,12 +166,13 @@ pub struct Lanes {
 }
 
 impl Lanes {
-    /// Takes what all lanes show at `time_s` of `epoch`.
+    /// Takes the states of all lanes at `time_s` of `epoch`.
     pub fn look(&mut self, time_s: f64, epoch: Option<u32>, rows: impl IntoIterator<Item = Row>) {
         for row in rows {
             let newest = self.newest.iter().find(|span| span.lane == row.lane);
             let same =
                 |span: &Span| (span.epoch, &span.label, span.tone) == (epoch, &row.label, row.tone);
+            // Only changes are spans: a state that continues needs no new one.
             if !newest.is_some_and(same) {
                 self.add(Span {
                     lane: row.lane,
@@ -180,9 +186,11 @@ impl Lanes {
         }
     }
 
-    /// Adds a span; one with the lane, epoch and beginning of a known one replaces it.
+    /// Adds a span; it replaces one of the same lane, epoch and start.
     pub fn add(&mut self, span: Span) {
         match self.newest.iter_mut().find(|known| known.lane == span.lane) {
+            // An older span, e.g. an explanation, must not become the present state of its
+            // lane.
             Some(known) if known.epoch != span.epoch || known.from_s <= span.from_s => {
                 *known = span.clone();
             }
@@ -191,8 +199,10 @@ impl Lanes {
         }
         let place = |known: &Span| {
             (&known.lane, known.epoch) == (&span.lane, span.epoch)
+                // Bits, as equal times have to be the same number, not close ones.
                 && known.from_s.to_bits() == span.from_s.to_bits()
         };
+        // Also of a replaced span: the page replaces it by the same rule.
         self.news.push(span.clone());
         match self.spans.iter_mut().rev().find(|known| place(known)) {
             Some(known) => *known = span,
@@ -203,21 +213,21 @@ impl Lanes {
         }
     }
 
-    /// A process did not run from `from_s` on, and does at `to_s`.
+    /// A process was not running from `from_s` on, and is at `to_s`.
     pub fn was_down(&mut self, process: Process, epoch: Option<u32>, from_s: f64, to_s: f64) {
         let row = |label| Row::process(process, label);
-        // One that was seen to be silent has a span already.
+        // A silent process has a span already.
         let name = process.name();
         let newest = self.newest.iter().find(|span| span.lane == name);
         if newest.is_none_or(|span| span.label.is_empty()) {
             self.look(from_s, epoch, [row("restarted")]);
         }
-        // Simulated time of a physics that resumed is set back.
+        // Simulated time goes back when physics resumes.
         self.look(to_s.max(from_s + LEAST_DOWN_S), epoch, [row("")]);
     }
 
-    /// Says why a process did not run, in the place of "restarted": `what` begins with
-    /// its name.
+    /// Adds the reason why a process was not running, in place of "restarted": `what` starts
+    /// with its name.
     pub fn explain(&mut self, what: &str) {
         let is_about = |span: &&Span| {
             span.kind == Kind::Process && !span.label.is_empty() && what.starts_with(&span.lane)
@@ -230,18 +240,18 @@ impl Lanes {
         }
     }
 
-    /// Spans that an earlier start of the monitor told.
+    /// Adds spans that an earlier start of the monitor sent.
     pub fn recall(&mut self, spans: impl IntoIterator<Item = Span>) {
         spans.into_iter().for_each(|span| self.add(span));
         self.news.clear();
     }
 
-    /// What is new since the last call.
+    /// Changes since the last call.
     pub fn news(&mut self) -> Vec<Span> {
         std::mem::take(&mut self.news)
     }
 
-    /// The message about `spans`; about all where there are none.
+    /// The message about `spans`; about all without an argument.
     pub fn message(&self, spans: Option<&[Span]>) -> Value {
         match spans {
             Some(spans) => json!({ "t": "lanes", "all": false, "spans": spans }),
@@ -250,12 +260,12 @@ impl Lanes {
     }
 }
 
-/// Moments of a recording that are looked at, at most, and how far apart they are at
-/// least (s).
+/// Largest number of moments of a recording that are read, and their smallest distance (s).
 const LOOKS: f64 = 4000.0;
+// A shorter phase is not visible on the timeline.
 const LEAST_S: f64 = 0.05;
 
-/// The lanes of a recording; fewer where it `is_over` before all was read.
+/// The lanes of a recording; fewer if it `is_over` before all was read.
 pub fn of_film(
     film: &mut impl Film,
     arms: &[String],
@@ -267,7 +277,7 @@ pub fn of_film(
     let step_s = ((to_s - from_s) / LOOKS).max(LEAST_S);
     let mut time_s = from_s;
     while time_s <= to_s && !is_over() {
-        // Where a recording begins, there may be no whole state yet.
+        // At the start of a recording there may be no complete state yet.
         if let Ok(still) = film.still(time_s) {
             let decision = Some(still.decision.as_ref());
             let at_s = still.world.header.sim_time_ns as f64 * 1.0e-9;
@@ -346,7 +356,7 @@ mod tests {
             .map(|s| &s["label"])
             .collect();
         assert_eq!(labels, ["", "physics was killed by signal 9", ""]);
-        // It runs: nothing new to tell.
+        // It is running: no change.
         lanes.news();
         lanes.look(4.0, Some(1), [Row::process(physics, "")]);
         assert!(lanes.news().is_empty());

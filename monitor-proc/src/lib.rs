@@ -1,9 +1,8 @@
-//! The monitor: sees everything, slows no other process, and may be killed at any time.
+//! The monitor: sees everything, slows down no other process, and may be killed at any time.
 //!
-//! It keeps the task's log for people (`logs/trace.log` in the run directory)
-//! and serves the page (docs/page-protocol.md): what it knows goes into a
-//! [`hub`], from the bus, and from there to as many pages as look; commands of
-//! pages go to a desk that carries them out.
+//! It writes the task's log for people (`logs/trace.log` in the run directory) and serves the
+//! page (docs/page-protocol.md): the bus feeds a [`hub`], which feeds all open pages; commands
+//! of pages go to a desk that has them executed.
 #![forbid(unsafe_code)]
 
 mod breaks;

@@ -1,4 +1,4 @@
-//! The page of a live cell: what it is made of, and the thread that serves it.
+//! The page of a live cell: its parts, and the thread that serves it.
 
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -26,10 +26,10 @@ use crate::web::{self, Site};
 
 /// Folder with `meshes/ROBOT/LINK.glb`.
 const ENV_CACHE: &str = "ROBOCELL_CACHE_DIR";
-/// Time for the last word to every page.
+/// Time for the closing message to every page.
 const LAST_WORD: Duration = Duration::from_millis(150);
 
-/// Why a page cannot be served at all.
+/// Reasons why a page cannot be served at all.
 #[derive(Debug, thiserror::Error)]
 pub enum PageError {
     /// The secrets file.
@@ -37,7 +37,7 @@ pub enum PageError {
     Secrets {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// Reason.
         reason: String,
     },
     /// A thread.
@@ -45,9 +45,9 @@ pub enum PageError {
     Thread(#[from] std::io::Error),
 }
 
-/// All of a site but its address.
+/// All parts of a site except its address.
 pub struct Prepared {
-    /// What feeds the page.
+    /// Source of frames and news.
     pub hub: Arc<Hub>,
     secrets: PageSecrets,
     host: Option<String>,
@@ -55,12 +55,12 @@ pub struct Prepared {
     site: Box<dyn FnOnce(Gate) -> Site + Send>,
 }
 
-/// Trouble with the page, for the process's health.
+/// Problems of the page, for the process's health.
 #[derive(Clone, Debug, Default)]
 pub struct Trouble(Arc<Mutex<Option<String>>>);
 
 impl Trouble {
-    /// The trouble, if there is one.
+    /// The problem, if there is one.
     pub fn note(&self) -> Option<String> {
         self.0
             .lock()
@@ -68,7 +68,7 @@ impl Trouble {
             .clone()
     }
 
-    /// Says what is wrong, here and in the log of the process.
+    /// Sets the problem, and writes it to the log of the process.
     pub fn set(&self, note: String) {
         cell_worker::warn(format_args!("{note}"));
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(note);
@@ -115,6 +115,7 @@ pub fn prepare(
     let hub = Hub::new(hello, scene);
     let heard = hub.clone();
     let open = move || {
+        // The newest second may be in memory only.
         recorder.ask(RecorderRequest::Flush)?;
         let film = Recording::open(&flight).map_err(|error| error.to_string())?;
         let heard = heard.clone();
@@ -141,10 +142,11 @@ pub fn prepare_page(
     (incidents, policies): (Option<Incidents>, Option<PolicyFiles>),
 ) -> Result<Prepared, PageError> {
     let secrets = read_secrets(&page.secrets)?;
-    // Of a live cell `robocell status` prints a new link; of a recording nothing does.
+    // For a live cell `robocell status` prints a new link; for a recording nothing does.
     let one_time_links = incidents.is_some().then(|| page.secrets.clone());
     let files = Files::page(page.dist.as_deref(), &page.hint);
     let meshes = meshes();
+    // Before serving, so that the log explains a missing mesh.
     let limits = [files.limit("the page"), meshes.limit("the robots' meshes")];
     for limit in limits.into_iter().flatten() {
         cell_worker::warn(format_args!("{limit}"));
@@ -171,7 +173,7 @@ pub fn prepare_page(
     })
 }
 
-/// Meshes that `robocell assets` fetched.
+/// Meshes fetched by `robocell assets`.
 pub fn meshes() -> Files {
     let folder = std::env::var_os(ENV_CACHE).map(PathBuf::from);
     folder.map_or_else(Files::default, |f| Files::folder(&f.join("meshes"), ""))
@@ -206,15 +208,17 @@ pub fn run_info(spec: &RunSpec) -> RunInfo {
     }
 }
 
-/// Serves the page until its hub is closed. What is wrong is said in `trouble`:
-/// a monitor without a page continues.
+/// Serves the page until its hub is closed. Errors are set in `trouble`: a monitor without a
+/// page continues.
 pub fn serve(prepared: Prepared, address: SocketAddr, trouble: &Trouble) {
+    // One thread: pages must not take a second core from the loops.
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build();
     let served = runtime.and_then(|runtime| {
         runtime.block_on(async {
             let hub = prepared.hub.clone();
+            // The server never ends by itself; the hub ends it.
             tokio::select! {
                 served = listen(prepared, address) => served,
                 () = ended(&hub) => Ok(()),
@@ -236,6 +240,7 @@ async fn listen(prepared: Prepared, address: SocketAddr) -> std::io::Result<()> 
 }
 
 async fn ended(hub: &Hub) {
+    // Pages get their closing message before the runtime is dropped.
     hub.closed().await;
     tokio::time::sleep(LAST_WORD).await;
 }

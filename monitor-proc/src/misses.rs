@@ -1,13 +1,15 @@
-//! Why cycles were missed, worked out from what the processes say of themselves.
+//! Causes of missed cycles, derived from the health of the processes.
 
 use ipc_types::topic::Process;
 use ipc_types::{Health, TICK_NS};
 
-/// Health has figures of whole seconds: those of the second in which a cycle was
-/// missed are there this long after it at the latest (ns).
+/// Health has figures of whole seconds: those of the second of a missed cycle are published at
+/// most this long after it (ns).
+// A second, one status of 250 ms later.
 const KNOWN_AFTER_NS: u64 = 1_250_000_000;
-/// An arm's controller that begins late is not to blame where physics began at
-/// least this share of it late.
+/// An arm's controller that starts late is not the cause if physics started at least this share
+/// of the delay late.
+// Half, as both delays are the longest of a second and need not be of one cycle.
 const SHARE_OF_PHYSICS: f64 = 0.5;
 
 /// Follows the counts of missed cycles.
@@ -16,13 +18,13 @@ pub struct Misses {
     seen: Vec<Seen>,
 }
 
-/// One process, as it was seen last.
+/// Last state of one process.
 #[derive(Clone, Debug)]
 struct Seen {
     process: Process,
     pid: u32,
     missed: u64,
-    /// The newest cycles that were missed.
+    /// The newest missed cycles.
     newest: Option<Newest>,
 }
 
@@ -37,7 +39,7 @@ struct Newest {
 }
 
 impl Misses {
-    /// Why each of `processes` missed cycles last, in their order; empty where it
+    /// Cause of the last missed cycles of each of `processes`, in their order; empty if it
     /// missed none since it was first seen. `time_s` is simulated.
     pub fn look(
         &mut self,
@@ -53,6 +55,7 @@ impl Misses {
             let Some(health) = health else {
                 return String::new();
             };
+            // Physics cannot be late because of physics.
             let late_ns = match process {
                 Process::Physics => 0.0,
                 _ => physics_late_ns,
@@ -71,6 +74,7 @@ impl Misses {
         now_ns: u64,
     ) -> String {
         let missed = health.missed_cycles;
+        // Cycles missed before the first look have no time that could be shown.
         let Some(seen) = self.seen.iter_mut().find(|seen| seen.process == process) else {
             self.seen.push(Seen {
                 process,
@@ -81,12 +85,13 @@ impl Misses {
             return String::new();
         };
         if seen.pid != health.pid {
-            // Another process counts from nothing.
+            // Another process counts from 0.
             (seen.pid, seen.missed) = (health.pid, missed);
         }
         let more = missed.saturating_sub(seen.missed);
         seen.missed = missed;
         if more > 0 {
+            // Misses within one window are one event: its figures cannot be separated.
             let open = seen.newest.take().filter(|n| now_ns < n.open_until_ns);
             let newest = open.unwrap_or(Newest {
                 count: 0,
@@ -105,6 +110,7 @@ impl Misses {
         let Some(newest) = &mut seen.newest else {
             return String::new();
         };
+        // The largest figures while they can still be of the missed cycles.
         if now_ns < newest.open_until_ns {
             newest.late_ns = newest.late_ns.max(health.lateness_max_ns);
             newest.body_ns = newest.body_ns.max(health.body_p99_ns);
@@ -118,6 +124,7 @@ impl Newest {
     fn words(&self) -> String {
         let period_ns = TICK_NS as f64;
         let ms = |ns: f64| ns * 1.0e-6;
+        // Own work first: it explains the delay whatever the others did.
         let why = if self.body_ns >= period_ns {
             format!("a cycle took {:.1} ms", ms(self.body_ns))
         } else if self.physics_late_ns >= (SHARE_OF_PHYSICS * self.late_ns).max(period_ns) {
@@ -180,7 +187,7 @@ mod tests {
                 ];
                 misses.look(&all, time_s, now_ns)[1].clone()
             };
-            // What was missed before anybody looked has no time.
+            // Cycles missed before the first look have no time.
             let calm = |missed| health(missed, 0.05, 0.2);
             assert_eq!(look(calm(5), calm(5), 1.0, S), "");
             look(calm(5 + missed), calm(5 + more), 2.0, 2 * S);
@@ -189,7 +196,7 @@ mod tests {
                 health(5 + more, physics_late, physics_body),
             );
             assert_eq!(look(worst.0, worst.1, 3.0, 3 * S), said);
-            // Later seconds say nothing about it.
+            // Later seconds do not change the cause.
             let other = (health(5 + missed, 50.0, 50.0), calm(5 + more));
             assert_eq!(look(other.0, other.1, 9.0, 9 * S), said);
         }

@@ -1,10 +1,11 @@
-//! How fast simulated time goes.
+//! Speed of simulated time.
 
 use std::collections::VecDeque;
 
 /// Length of the window (ns).
 const WINDOW_NS: u64 = 1_000_000_000;
-/// Looks that are kept.
+/// Largest number of samples.
+// Two a frame for a second; more would only cost memory.
 const MAX_LOOKS: usize = 128;
 
 /// Simulated seconds per second, over the last second.
@@ -14,19 +15,22 @@ pub struct Pace {
 }
 
 impl Pace {
-    /// Takes a look at the clock on the wall and the simulated one (ns), and
-    /// says how fast the second goes by the first.
+    /// Adds a sample of the wall clock and the simulated one (ns); returns the speed of the
+    /// second by the first.
     pub fn look(&mut self, now_ns: u64, sim_ns: u64) -> f64 {
+        // Without this the difference below would be negative.
         if self.looks.back().is_some_and(|(_, last)| sim_ns < *last) {
             // The scene was reset.
             self.looks.clear();
         }
         self.looks.push_back((now_ns, sim_ns));
         let old = |look: Option<&(u64, u64)>| look.is_some_and(|l| l.0 + WINDOW_NS <= now_ns);
+        // The sample before the window stays, so that the window is full.
         while self.looks.len() > MAX_LOOKS || old(self.looks.get(1)) {
             self.looks.pop_front();
         }
         let (began_ns, began_sim_ns) = self.looks.front().copied().unwrap_or((now_ns, sim_ns));
+        // The first sample has no difference.
         if now_ns <= began_ns {
             return 0.0;
         }

@@ -1,4 +1,11 @@
-//! The monitor on the bus: drain what was said, write it down, feed the page.
+//! The monitor on the bus: reads the task's trace, writes its log, feeds the page.
+//!
+//! The monitor may be killed at any time and must not slow down the cell. So it only reads
+//! topics
+//! with overflow, sleeps instead of being woken, and continues files of an earlier start. Parts
+//! that can fail (page, recorder, scene) fail alone: their trouble is in the health note, and
+//! the
+//! rest continues. A change must not make `turn` wait for a page, a disk or another process.
 
 use std::fs::File;
 use std::sync::{Arc, mpsc};
@@ -23,14 +30,14 @@ use crate::lanes::Span;
 use crate::live::{self, PageError, Trouble};
 use crate::recorder::Recorder;
 
-/// Longest time between two looks at the taps (ns): their buffers hold thousands
-/// of lines, and no person reads a log faster. Nothing wakes the monitor before:
-/// a ring at every decision was most of what it cost.
+/// Longest time between two reads of the taps (ns): their buffers hold thousands of lines, and
+/// no person reads a log faster. Nothing wakes the monitor before: a ring at every decision was
+/// most of its cost.
 const LONGEST_NS: u64 = 50_000_000;
-/// How often the span of the flight recorder is told (ns).
+/// Interval at which the span of the flight recorder is sent (ns).
 const TIMELINE_NS: u64 = 1_000_000_000;
 
-/// Why a monitor cannot run.
+/// Reasons why a monitor cannot run.
 #[derive(Debug, thiserror::Error)]
 pub enum ProcessError {
     /// The log folder.
@@ -44,6 +51,7 @@ pub enum ProcessError {
 impl RunError for ProcessError {
     fn is_lasting(&self) -> bool {
         match self {
+            // A full disk or a missing folder may be repaired, so the launcher tries again.
             Self::Journal(_) => false,
             Self::Bus(error) => error.is_lasting(),
         }
@@ -58,16 +66,21 @@ impl RunError for ProcessError {
 pub fn run(start: &Start) -> Result<(), ProcessError> {
     let logs = start.spec.run_dir.join("logs");
     std::fs::create_dir_all(&logs)?;
+    // Before the bus is joined: all that can fail is done while no file of the transport
+    // exists.
     let journal = Journal::open(&logs)?;
     let (events, lines) = EventFile::open(&logs, events::EVENTS);
     let (lanes, spans) = EventFile::open(&logs, events::LANES);
     let told = Told { lines, spans };
     let trouble = Trouble::default();
+    // Without a scene the page is empty, but log and recording work.
     let scene = live::scene(start).unwrap_or_else(|error| {
         trouble.set(error.to_string());
         Value::Null
     });
+    // Before the page: its first request may already be for a recording.
     let recorder = Arc::new(Recorder::start(start, scene.clone()));
+    // Scoped threads: none of them outlives the run, so the files are closed at the end.
     thread::scope(|scope| {
         let page = start.spec.page.as_ref();
         let page = page.and_then(|page| {
@@ -83,13 +96,13 @@ pub fn run(start: &Start) -> Result<(), ProcessError> {
         while !stop_requested() {
             process.turn();
         }
-        // What was said last is still to be written.
+        // The last lines still have to be written.
         process.drain();
         Ok(())
     })
 }
 
-/// What an earlier start of the monitor told its pages.
+/// Log and timeline sent by an earlier start of the monitor.
 struct Told {
     /// The log.
     lines: Vec<Value>,
@@ -124,8 +137,9 @@ impl Page {
     ) -> Result<Self, PageError> {
         let (desk, counters) = LiveDesk::new();
         let site = live::prepare(start, page, scene, desk, recorder)?;
-        // Before the first page connects: it is told the log once.
+        // Before the first page connects: each line of the log is sent to it once.
         told.recall(&site.hub);
+        // Warnings of the run are in the log already if this is a later start.
         if told.lines.is_empty() {
             start
                 .spec
@@ -140,6 +154,7 @@ impl Page {
             said: counters.journal,
         };
         let named = |name: &str| thread::Builder::new().name(name.to_owned());
+        // One thread per recipient: a restart takes seconds, and a drag must not wait for it.
         named("operator").spawn_scoped(scope, move || serve_physics(start, &physics))?;
         let control = start.spec.run_dir.join("control.sock");
         named("errands").spawn_scoped(scope, move || {
@@ -153,12 +168,12 @@ impl Page {
 
 impl Drop for Page {
     fn drop(&mut self) {
-        // Whatever the reason: the threads must end. A word already said stays.
+        // For any reason: the threads must end. A reason set before stays.
         self.hub.close("restart");
     }
 }
 
-/// What the recorder says for a status; its span once a second.
+/// News of the recorder for a status; its span once a second.
 fn news(recorder: &Recorder, now_ns: u64, due_ns: &mut u64) -> RecorderNews {
     let status = recorder.status();
     let due = now_ns >= *due_ns;
@@ -221,8 +236,9 @@ impl MonitorProcess {
         })
     }
 
-    /// Continues the files of an earlier start, whose log had these lines.
+    /// Continues the files of an earlier start; `lines` are those of its log.
     fn resume(&mut self, events: EventFile, lanes: EventFile, lines: &[Value], spec: &RunSpec) {
+        // Incidents of the log so far are not reported again.
         let told = || lines.iter().filter_map(|line| line["incident"].as_u64());
         let newest = told().max().unwrap_or(0);
         let of_newest = told().filter(|number| *number == newest).count();
@@ -234,6 +250,7 @@ impl MonitorProcess {
 
     fn turn(&mut self) {
         let began_ns = monotonic_ns();
+        // First, so that lines drained below are assigned to the right epoch.
         if let Some(state) = self.state.take() {
             self.tick = state.header.tick;
             self.ending = state.has(FLAG_ENDING);
@@ -241,7 +258,9 @@ impl MonitorProcess {
                 page.hub.set_epoch(state.header.generation);
             }
         }
+        // The trace before the page's frames: a frame must not show what its log does not know.
         self.drain();
+        // Requests after the trace: a person's action follows the line that caused it.
         self.write_down(began_ns);
         if let Some(page) = &self.page {
             for (head, what) in self.incidents.news(began_ns) {
@@ -262,6 +281,7 @@ impl MonitorProcess {
                 lanes.append(&spans);
             }
         }
+        // A sleeping process has no deadline, so its lateness is 0.
         self.health.cycle(self.tick, began_ns, 0, [0.0; 4]);
         let now_ns = monotonic_ns();
         let counts = self.trace.counts();
@@ -270,10 +290,12 @@ impl MonitorProcess {
         self.health.publish_if_due(self.tick, now_ns);
         let feed = self.feed.as_ref();
         let idle_ns = feed.map_or(u64::MAX, |feed| feed.idle_ns(now_ns));
+        // The page's rate or the longest pause: a cell without a page wakes 20 times a second.
         sleep_until(now_ns + idle_ns.min(LONGEST_NS));
     }
 
     fn say_trouble(&mut self) {
+        // Lost lines first: they are not repeated, while the trouble of a page stays.
         if self.journal.lost() > 0 {
             self.health.note(&format!(
                 "the disk did not take {} lines of the log",
@@ -284,7 +306,7 @@ impl MonitorProcess {
         }
     }
 
-    /// What people asked for, in the log and on the page.
+    /// Writes requests of people to the log and the page.
     fn write_down(&mut self, now_ns: u64) {
         let Some(page) = &self.page else {
             return;
@@ -308,6 +330,7 @@ impl MonitorProcess {
                 hub.take_line(line);
             }
         });
+        // Reported as a line of the log: a gap must be visible where it is.
         let gaps = self.trace.counts().late;
         if gaps > self.gaps {
             let missing = gaps - self.gaps;
@@ -327,6 +350,7 @@ impl MonitorProcess {
 
 impl Drop for MonitorProcess {
     fn drop(&mut self) {
+        // An ending cell and a restarting monitor are different messages on the page.
         if let Some(page) = &self.page {
             page.hub.close(if self.ending { "end" } else { "restart" });
         }

@@ -1,4 +1,4 @@
-//! What the task said before the scene was reset is not true any more.
+//! Decisions from before a reset of the scene are not valid after it.
 
 use ipc_types::{Decision, WorldState};
 
@@ -6,17 +6,19 @@ use ipc_types::{Decision, WorldState};
 #[derive(Default)]
 pub(crate) struct Reset {
     count: Option<u32>,
-    /// Tick at which it was seen; 0 for one of before the first look.
+    /// Tick at which it was seen; 0 for a reset before the first look.
     tick: u64,
 }
 
 impl Reset {
-    /// Whether `decision` was made after the newest reset that `world` knows. A paused
-    /// task decides nothing until it is resumed.
+    /// Whether `decision` was made after the newest reset that `world` knows. A paused task
+    /// makes no decision until it is resumed.
     pub(crate) fn is_after(&mut self, world: Option<&WorldState>, decision: &Decision) -> bool {
         if let Some(world) = world {
             let count = world.panel.scene_reset;
             let before = self.count.replace(count);
+            // The first look only learns the count: resets before it do not concern this
+            // decision.
             if before.is_some_and(|before| before != count) {
                 self.tick = world.header.tick;
             }

@@ -1,4 +1,4 @@
-//! The cell as the page draws it (docs/page-protocol.md, "the scene").
+//! The cell as drawn by the page (docs/page-protocol.md, "the scene").
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use crate::hub::DemoInfo;
 
-/// A scene that cannot be told.
+/// Errors of a scene.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
     /// A file of the cell.
@@ -20,7 +20,7 @@ pub enum SceneError {
     Toml {
         /// The file.
         file: String,
-        /// Why.
+        /// Reason.
         reason: String,
     },
 }
@@ -39,6 +39,7 @@ pub fn scene<'a>(
     let data = &cell.data;
     let file = format!("cells/{}.toml", cell.name);
     let mut table = toml_table(data, &file)?;
+    // The page gets the whole table of the task: its panel differs by kind.
     let task = table.remove("task").unwrap_or(toml::Value::Boolean(false));
     let robots = robots_of(&table);
     let mut arms = Vec::new();
@@ -70,6 +71,7 @@ pub fn scene<'a>(
 }
 
 fn fixtures(cell: &Cell) -> Vec<Value> {
+    // Obstacles are numbered among themselves, as in the mask of a goal.
     let mut obstacles = 0..;
     let told = cell.fixtures.iter().map(|fixture| {
         let obstacle = if fixture.obstacle {
@@ -137,6 +139,7 @@ fn sensors(cell: &Cell) -> Vec<Value> {
 /// All demos of `data` that can be loaded.
 pub fn demos(data: &Data) -> Vec<DemoInfo> {
     let loaded = data.demos().into_iter().filter_map(|(name, description)| {
+        // A demo that cannot be loaded is not offered.
         let cell = Cell::load(data, &name, 0, None).ok()?;
         Some(DemoInfo {
             name,
@@ -159,7 +162,7 @@ pub fn fingers(cell: &Cell) -> Vec<usize> {
     cell.arms.iter().map(count).collect()
 }
 
-/// As [`fingers`], of a scene that was told before.
+/// As [`fingers`], of a scene in JSON.
 pub fn fingers_of(scene: &Value) -> Vec<usize> {
     let count = |arm: &Value| {
         arm["gripper"]["finger_joints"]
@@ -174,12 +177,12 @@ pub fn fingers_of(scene: &Value) -> Vec<usize> {
         .collect()
 }
 
-/// Names of the arms of a scene that was told before.
+/// Names of the arms of a scene in JSON.
 pub fn arm_names(scene: &Value) -> Vec<String> {
     names(&scene["arms"])
 }
 
-/// Names of the objects of a scene that was told before.
+/// Names of the objects of a scene in JSON.
 pub fn object_names(scene: &Value) -> Vec<String> {
     names(&scene["objects"])
 }
@@ -202,7 +205,7 @@ pub fn links_with_mesh<'a>(robot: &str, meshes: impl Iterator<Item = &'a str>) -
     meshes.filter_map(link).collect()
 }
 
-/// Demos whose task does nothing before its start event.
+/// Demos whose task waits for its start event.
 fn waits_for_start(panel: &str) -> bool {
     matches!(panel, "palletize" | "fill_bin" | "bin_stack")
 }
@@ -231,6 +234,7 @@ fn robots_of(table: &toml::Table) -> Vec<String> {
 }
 
 fn urdf_text(data: &Data, spec: &RunSpec, robot: &str) -> Result<String, SceneError> {
+    // A robot given by its files on the command line replaces that of the cell.
     if let Some(files) = &spec.robot {
         return Ok(cell_model::data::read_text(Path::new(&files.urdf))?);
     }
@@ -255,6 +259,7 @@ fn arm_json<'a>(
         .arm_joints
         .iter()
         .map(|joint| (joint, arm.home.as_slice()));
+    // Fingers after the arm's joints: the recording finds them by this order.
     let joints = joints.chain(fingers.iter().map(|joint| (joint, [].as_slice())));
     let joints = joints
         .enumerate()
@@ -277,6 +282,7 @@ fn arm_json<'a>(
             "torque_limit_n_m": suction.torque_limit,
         })
     });
+    // For pictures of robots without meshes.
     let spheres = robot.spheres.iter().map(|sphere| {
         let center = [sphere.center.x, sphere.center.y, sphere.center.z];
         json!({ "link": sphere.frame, "center": center, "radius": sphere.radius })
@@ -328,6 +334,7 @@ fn joint_json(robot: &Robot, joint: usize, home: Option<f64>) -> Option<Value> {
 fn tool(robot: &Robot) -> (&str, Isometry3<f64>) {
     let Some(frame) = robot.chain.frames().get(robot.tcp_frame) else {
         return ("", Isometry3::identity());
+    // Links are numbered from the base, which no joint moves.
     };
     let link = robot.links.get(frame.joint.map_or(0, |joint| joint + 1));
     (link.map_or("", |link| &link.name), frame.pose)

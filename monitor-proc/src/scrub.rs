@@ -1,4 +1,4 @@
-//! Another time of the run for one client: frames of what was recorded.
+//! Another time of the run for one client: frames of the recording.
 
 use std::io;
 use std::sync::Arc;
@@ -15,15 +15,16 @@ use crate::page::desk::{Answer, Reply, send};
 /// A moment of the run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct When {
-    /// Generation of physics whose history is looked at; the newest without one.
+    /// Generation of physics whose history is shown; the newest by default.
     pub epoch: Option<u32>,
     /// Simulated time (s).
     pub time_s: f64,
 }
 
 /// Longest span that is read at once (s).
+// The ring holds about ten minutes.
 const MAX_SPAN_S: f64 = 600.0;
-/// Most frames that are read at once.
+/// Largest number of frames that is read at once.
 const MAX_FRAMES: u32 = 1000;
 
 /// Equally spaced moments of the run.
@@ -42,6 +43,7 @@ pub struct Span {
 impl Span {
     /// Whether it can be read at once.
     pub fn is_valid(&self) -> bool {
+        // The count is at least 2, so the division by one less is safe.
         let length_s = self.to_s - self.from_s;
         (2..=MAX_FRAMES).contains(&self.count) && (0.0..=MAX_SPAN_S).contains(&length_s)
     }
@@ -53,23 +55,23 @@ impl Span {
     }
 }
 
-/// What was recorded. Made and used on one thread.
+/// A recording. Created and used on one thread.
 pub trait Past {
     /// The frame of the newest state at or before `when`.
     ///
     /// # Errors
     ///
-    /// Why there is none, for people.
+    /// The reason, for people.
     fn frame(&mut self, when: When) -> Result<Vec<u8>, String>;
 
-    /// What task and equipment said then (`past` of docs/page-protocol.md).
+    /// State of task and equipment at that time (`past` of docs/page-protocol.md).
     fn told(&mut self, when: When) -> Value;
 
-    /// The frames of `span`, one behind the other.
+    /// The frames of `span`, one after the other.
     ///
     /// # Errors
     ///
-    /// Why there are none, for people.
+    /// The reason, for people.
     fn frames(&mut self, span: &Span) -> Result<Vec<u8>, String>;
 }
 
@@ -78,14 +80,14 @@ pub trait Past {
 pub struct Glimpse {
     /// The frame.
     pub frame: Bytes,
-    /// What was said.
+    /// The messages of that moment.
     pub told: Utf8Bytes,
 }
 
-/// Opens what was recorded up to now.
+/// Opens the recording as it is now.
 pub type OpenPast = Arc<dyn Fn() -> Result<Box<dyn Past>, String> + Send + Sync>;
 
-/// Looks into the past on a thread of its own, which ends with this.
+/// Shows the past on its own thread, which ends when this is dropped.
 pub struct Scrubber {
     times: mpsc::Sender<(When, Answer)>,
     glimpses: watch::Receiver<Glimpse>,
@@ -96,11 +98,12 @@ impl Scrubber {
     ///
     /// # Errors
     ///
-    /// When there can be no other thread.
+    /// When no thread can be created.
     pub fn start(open: OpenPast) -> io::Result<Self> {
         let (times, wanted) = mpsc::channel();
         let (shown, glimpses) = watch::channel(Glimpse::default());
         let work = move || look(&open, &wanted, &shown);
+        // A thread, as reading blocks: the others are served by one thread.
         std::thread::Builder::new()
             .name("scrub".to_owned())
             .spawn(work)?;
@@ -117,7 +120,7 @@ impl Scrubber {
         }
     }
 
-    /// Where the moments come out.
+    /// Receiver of the moments.
     pub fn glimpses(&self) -> watch::Receiver<Glimpse> {
         self.glimpses.clone()
     }
@@ -126,8 +129,9 @@ impl Scrubber {
 fn look(open: &OpenPast, wanted: &mpsc::Receiver<(When, Answer)>, shown: &watch::Sender<Glimpse>) {
     let mut past = None;
     while let Ok((mut when, mut answer)) = wanted.recv() {
-        // A hand that drags a slider asks for more times than can be shown.
+        // A person dragging a slider requests more times than can be shown.
         while let Ok((later, newer)) = wanted.try_recv() {
+            // Answered all the same: each request of a page waits for its answer.
             send(answer, Reply::done());
             (when, answer) = (later, newer);
         }
@@ -142,8 +146,7 @@ fn look(open: &OpenPast, wanted: &mpsc::Receiver<(When, Answer)>, shown: &watch:
     }
 }
 
-/// What is open may have lost its beginning, or not have the end: then it is
-/// opened again, once.
+/// The open recording may have lost its start, or lack the end: then it is opened again, once.
 fn glimpse(
     open: &OpenPast,
     past: &mut Option<Box<dyn Past>>,

@@ -27,16 +27,16 @@ pub const FLAG_SCRIPTED_STOP: u32 = 64;
 /// The bits of [`WorldState::flags`] that the page knows.
 const WORLD_FLAGS: u32 = 7;
 
-/// What a frame is made of.
+/// Content of a frame.
 #[derive(Clone, Copy)]
 pub struct Moment<'a> {
     /// The world.
     pub world: &'a WorldState,
-    /// What the controllers said last, by arm.
+    /// Last status of each controller, by arm.
     pub status: &'a [Option<&'a ArmStatus>],
-    /// What the task said last.
+    /// Last decision of the task.
     pub decision: Option<&'a Decision>,
-    /// Who touches whom, of a live cell.
+    /// Contacts, of a live cell.
     pub contacts: Option<&'a Contacts>,
     /// Simulated seconds per second.
     pub real_time_factor: f64,
@@ -52,6 +52,7 @@ pub fn encode(moment: &Moment<'_>, fingers: Fingers<'_>) -> Vec<u8> {
     let world = moment.world;
     let (arms, objects) = (world.arms(), world.objects());
     let contacts = moment.contacts.map_or(&[][..], Contacts::list);
+    // The size is known, so the frame is allocated once.
     let size = HEADER_BYTES
         + arms.len() * ARM_BYTES
         + objects.len() * OBJECT_BYTES
@@ -65,10 +66,13 @@ pub fn encode(moment: &Moment<'_>, fingers: Fingers<'_>) -> Vec<u8> {
     out.u32(number(arms.len()));
     out.u32(number(objects.len()));
     out.u32(number(contacts.len()));
+    // Keeps the arms at a multiple of eight bytes.
     out.u32(0);
     for (index, arm) in arms.iter().enumerate() {
         let status = moment.status.get(index).copied().flatten();
         let fingers = fingers.get(index).copied().unwrap_or(0);
+        // From the decision, not the status: the page shows the obstacles that the task asks
+        // for.
         let mask = obstacle_word(moment.decision, index);
         let target_valid = target_is_valid(moment, index, status);
         out.arm(&ArmView {
@@ -91,14 +95,15 @@ pub fn encode(moment: &Moment<'_>, fingers: Fingers<'_>) -> Vec<u8> {
 fn flags(moment: &Moment<'_>) -> u32 {
     let world = moment.world;
     let bit = |on: bool, flag: u32| if on { flag } else { 0 };
+    // Unknown bits are cleared: the page must not mistake a new flag for another one.
     (world.flags & WORLD_FLAGS)
         | bit(world.panel.task_paused != 0, FLAG_TASK_PAUSED)
         | bit(world.script_line != 0, FLAG_SCRIPTED_STOP)
         | (moment.flags & (FLAG_NOT_LIVE | FLAG_RECORDING))
 }
 
-/// Whether the controller's target is a place to show: the task's pose, or
-/// where the operator leads the arm.
+/// Whether the controller's target is a position to show: the task's pose, or the operator's
+/// target.
 fn target_is_valid(moment: &Moment<'_>, arm: usize, status: Option<&ArmStatus>) -> bool {
     let panel = &moment.world.panel;
     let led = panel.task_paused != 0 && panel.target_seq > 0 && panel.target_arm as usize == arm;
@@ -111,10 +116,11 @@ fn number(count: usize) -> u32 {
     u32::try_from(count).unwrap_or(0)
 }
 
-/// Which obstacles of the cell count: it is the task that says so.
+/// Obstacles of the cell that count, as given by the task.
 fn obstacle_word(decision: Option<&Decision>, arm: usize) -> u32 {
     let goal = decision.and_then(|d| d.goals.get(arm));
     let mask = goal.map_or(0, |goal| goal.obstacle_mask);
+    // The highest bit says "all": 31 bits name single ones, and a cell may have more.
     let all = u32::from(mask == u64::MAX) << 31;
     (mask & 0x7fff_ffff) as u32 | all
 }
@@ -167,7 +173,7 @@ impl Frame {
                 | u32::from(goal_active) << 2
                 | u32::from(view.target_valid) << 3,
         );
-        // The action in the low byte, its cause above it; physics tells no cause.
+        // The action in the low byte, its cause above it; physics gives no cause.
         let controller_stop =
             status.map_or(0, |s| (s.stop_action & 0xff) | (s.stop_cause & 0xff) << 8);
         self.u32((arm.stop_action & 0xffff) | controller_stop << 16);
@@ -175,11 +181,13 @@ impl Frame {
         self.u32(status.map_or(0, |s| (s.clipped_joints & 0xffff) as u32));
         self.joints(arm, status, view.fingers);
         self.pose(&arm.tcp);
+        // Without a controller the tool is shown where it is.
         self.pose(status.map_or(&arm.tcp, |s| &s.target));
         self.pose(status.map_or(&arm.tcp, |s| &s.setpoint));
         let gripper = &arm.gripper;
         self.all(&[gripper.width, gripper.grip_force, gripper.load]);
         self.f32(status.map_or(0.0, |s| s.position_error));
+        // The value for "no obstacle" in the status, so that the page needs one rule.
         self.f32(status.map_or(1000.0, |s| s.min_clearance));
         self.u32(gripper.held_object);
         self.u32(view.mask);
@@ -196,7 +204,7 @@ impl Frame {
 
     fn joints(&mut self, arm: &ArmState, status: Option<&ArmStatus>, fingers: usize) {
         let count = (arm.joint_count as usize).min(arm.joint_positions.len());
-        // A finger's position is half the width.
+        // A finger's position is half of the width.
         let with = |joints: &[f64; 16], finger: f64| {
             let mut all = *joints;
             if let Some(places) = all.get_mut(count..(count + fingers).min(16)) {

@@ -1,5 +1,4 @@
-//! Processes that were started again, for the log and the timeline. The task says so
-//! itself.
+//! Restarted processes, for the log and the timeline. The task writes its own lines.
 
 use ipc_types::Health;
 use ipc_types::topic::Process;
@@ -13,21 +12,21 @@ pub(crate) struct Starts {
 struct Known {
     process: Process,
     start: u32,
-    /// When it was heard last (simulated s).
+    /// Time of its last message (simulated s).
     heard_s: f64,
 }
 
-/// A process that was started again.
+/// A process that was restarted.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Started {
     pub(crate) process: Process,
-    /// When the start before was heard last (simulated s).
+    /// Time of the last message of the start before (simulated s).
     pub(crate) down_s: f64,
     start: u32,
 }
 
 impl Starts {
-    /// Each process whose newest start was not seen before, at `time_s`.
+    /// Processes with a start not seen before, at `time_s`.
     pub(crate) fn look(
         &mut self,
         processes: &[(Process, Option<&Health>)],
@@ -35,6 +34,7 @@ impl Starts {
     ) -> Vec<Started> {
         let mut new = Vec::new();
         for (process, health) in processes {
+            // A silent process keeps its last time: that is when it went down.
             let Some(health) = health else {
                 continue;
             };
@@ -57,7 +57,7 @@ impl Starts {
                 start,
                 heard_s: time_s,
             });
-            // The monitor does not see itself start.
+            // The monitor does not see its own start.
             if *process == Process::Monitor && start > 1 {
                 new.push(started(time_s));
             }

@@ -1,5 +1,5 @@
-//! Health of all processes, as the page is told four times a second
-//! (docs/page-protocol.md, `status`).
+//! Health of all processes, as sent to the page four times a second (docs/page-protocol.md,
+//! `status`).
 
 use ipc_types::decision::Outcome;
 use ipc_types::equipment::{BreakCause, BreakLimit, SuctionRefusal, SupplyRefusal};
@@ -9,26 +9,26 @@ use ipc_types::world::{FLAG_LOCKSTEP, PauseCause};
 use ipc_types::{ArmState, Decision, GripperState, Health, WorldState};
 use serde_json::{Value, json};
 
-/// What a status is made of.
+/// Content of a status.
 #[derive(Clone, Copy)]
 pub struct StatusInput<'a> {
     /// Every process with its health, unless it is silent.
     pub processes: &'a [(Process, Option<&'a Health>)],
-    /// Why each of them missed cycles last, where that is known.
+    /// Cause of each process's last missed cycles, if known.
     pub missed: &'a [String],
     /// The world.
     pub world: Option<&'a WorldState>,
-    /// What the task said last.
+    /// Last decision of the task.
     pub decision: Option<&'a Decision>,
     /// Names of the objects in the order of the cell file.
     pub objects: &'a [String],
-    /// How often each breakpoint was reached since this monitor started, by name.
+    /// Count of each breakpoint since this monitor started, by name.
     pub breaks: &'a [(String, u64)],
-    /// Policy of the run, where the task has not said its own.
+    /// Policy of the run, for a task without its own.
     pub policy: &'a str,
 }
 
-/// The message, without what the recorder knows.
+/// The message without the part of the recorder.
 pub fn status(look: &StatusInput<'_>) -> Value {
     let why = |at: usize| look.missed.get(at).map_or("", String::as_str);
     let processes = look.processes.iter().enumerate();
@@ -44,6 +44,7 @@ pub fn status(look: &StatusInput<'_>) -> Value {
         "speed": look.world.map(|world| speed_text(world.panel.speed)),
         "breaks": breaks(look.breaks),
         "equipment": look.world.map(|world| equipment(world, look.objects)),
+        // Filled in by the feed; with these defaults a page of a replay shows "off".
         "latency": [],
         "recorder": {
             "state": "off", "bytes": 0, "limit_bytes": 0, "file": null, "gaps": 0, "note": "",
@@ -52,7 +53,7 @@ pub fn status(look: &StatusInput<'_>) -> Value {
     })
 }
 
-/// What of a status is of a moment of the past.
+/// The part of a status that belongs to a moment of the past.
 pub fn past(look: &StatusInput<'_>) -> Value {
     json!({
         "task": task(look),
@@ -60,7 +61,7 @@ pub fn past(look: &StatusInput<'_>) -> Value {
     })
 }
 
-/// Why simulated time is paused; empty while it is not.
+/// Cause of the pause of simulated time; empty if not paused.
 fn pause_cause(world: &WorldState) -> &'static str {
     match PauseCause::from_code(world.panel.pause_cause) {
         Some(PauseCause::Start) => "start",
@@ -80,7 +81,7 @@ pub(crate) fn speed_text(factor: f64) -> String {
     }
 }
 
-/// What paused it, for people; empty where the cause says all.
+/// Detail of the pause, for people; empty if the cause is enough.
 fn pause_detail<'a>(look: &StatusInput<'a>) -> &'a str {
     let at_break = PauseCause::Breakpoint.code();
     let paused = look.world.is_some_and(|w| w.panel.pause_cause == at_break);
@@ -126,10 +127,12 @@ fn scheduling(health: &Health) -> &'static str {
 }
 
 fn scheduling_of_run(look: &StatusInput<'_>) -> &'static str {
+    // In lockstep no scheduling class matters.
     if look.world.is_some_and(|world| world.has(FLAG_LOCKSTEP)) {
         return "lockstep";
     }
     let physics = look.processes.iter().find(|(p, _)| *p == Process::Physics);
+    // Physics is the loop that all others wait for.
     physics
         .and_then(|(_, health)| health.map(scheduling))
         .unwrap_or("other")
@@ -141,6 +144,7 @@ fn task(look: &StatusInput<'_>) -> Value {
     let policy = decision.map_or("", |d| d.policy.as_str());
     let outcome = decision.and_then(|d| Outcome::from_code(d.outcome));
     let ticks = match (look.world, decision) {
+        // In ticks, as ages are (ADR 0002): a paused cell does not age.
         (Some(world), Some(decision)) => world.header.tick.saturating_sub(decision.header.tick),
         _ => 0,
     };
@@ -149,6 +153,7 @@ fn task(look: &StatusInput<'_>) -> Value {
             .map_or(0, |world| world.arms().iter().map(of).sum())
     };
     json!({
+        // Before the first decision the policy of the run is shown.
         "policy": if policy.is_empty() { look.policy } else { policy },
         "outcome": outcome.map_or("idle", word),
         "phase": decision.map_or("", |d| d.phase.as_str()),
@@ -236,6 +241,7 @@ fn placed<'a>(decision: Option<&Decision>, objects: &'a [String]) -> Vec<&'a str
     let Some(decision) = decision else {
         return Vec::new();
     };
+    // Bounded by the list itself: the count is from a message.
     let indices = decision.placed.iter().take(decision.placed_count as usize);
     indices
         .filter_map(|index| objects.get(*index as usize).map(String::as_str))

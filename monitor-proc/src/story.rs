@@ -1,5 +1,11 @@
-//! What the task says about itself, put together from its trace for the page:
-//! pictures, how their nodes stand, the last way taken, values, the log.
+//! The task's trace, combined for the page: pictures, statuses of their nodes, the last edge
+//! taken, values, the log.
+//!
+//! The trace is text from another process, possibly of a recording of another version: every
+//! index
+//! is checked, every table has a limit, and a limit that is exceeded is reported once instead
+//! of
+//! growing. A page that joins late gets the same messages as one that saw every change.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
@@ -14,18 +20,20 @@ mod picture;
 
 use picture::Picture;
 
-/// Lines of the log a late joiner is told.
+/// Lines of the log sent to a late joiner.
+// More than a person reads back; older ones are in the recording.
 pub const KEPT_LINES: usize = 500;
-/// Most pictures, nodes and edges of one, and names of guards and keys: more than any
-/// policy that loads has, but for edges. A page would not draw more in time.
+/// Largest number of pictures, of nodes and edges of one, and of names of guards and keys: more
+/// than any policy has, except for edges. A page would not draw more in time.
 const MAX_GRAPHS: usize = 16;
 const MAX_NODES: usize = 4096;
 const MAX_NAMES: usize = 512;
-/// An answer that stays the same is told again after this, so that a page knows how old
-/// it is (simulated s).
+/// Interval at which an unchanged result is sent again, so that a page knows its age (simulated
+/// s).
+// Twice a second: a guard that is evaluated looks alive, and the messages stay few.
 const RETELL_S: f64 = 0.5;
 
-/// What was said since it was told last.
+/// Changes since the last message.
 #[derive(Clone, Debug, Default)]
 struct News {
     graphs: bool,
@@ -36,25 +44,25 @@ struct News {
     lines: Vec<Value>,
 }
 
-/// The trace of a task as far as it was heard.
+/// The trace of a task, as received so far.
 #[derive(Clone, Debug, Default)]
 pub struct Story {
     pictures: Vec<Picture>,
     log: VecDeque<Value>,
     news: News,
-    /// Generation of physics that lines belong to; not known of a recording.
+    /// Generation of physics of the lines; unknown in a recording.
     epoch: Option<u32>,
     /// Limits that were exceeded, each reported once.
     exceeded: BTreeSet<&'static str>,
 }
 
 impl Story {
-    /// Says that lines belong to `epoch`, a generation of physics, from now on.
+    /// Sets the epoch, a generation of physics, of all lines from now on.
     pub fn set_epoch(&mut self, epoch: u32) {
         self.epoch = Some(epoch);
     }
 
-    /// Takes one line; what makes no sense is left out.
+    /// Takes one line; invalid ones are ignored.
     pub fn take(&mut self, line: &TraceLine) {
         let (graph, node) = (line.graph as usize, line.node as usize);
         let text = line.text.as_str();
@@ -68,6 +76,8 @@ impl Story {
             Some(TraceKind::Edge) => self.edge(graph, line),
             Some(TraceKind::Status) => {
                 let letters = b"IRSFR";
+                // The letters of the statuses in the order of their codes; unknown ones are
+                // idle.
                 let letter = letters.get(line.to as usize).copied().unwrap_or(b'I');
                 self.letter(graph, node, letter, text);
             }
@@ -84,7 +94,7 @@ impl Story {
         }
     }
 
-    /// As [`Self::take`], but for lines of the log.
+    /// As [`Self::take`], without lines of the log.
     pub fn take_picture(&mut self, line: &TraceLine) {
         if !TraceKind::from_code(line.kind).is_some_and(TraceKind::is_for_people) {
             self.take(line);
@@ -97,7 +107,7 @@ impl Story {
         self.keep(json!({ "time_s": time_s, "kind": kind, "text": text, "mark": mark }));
     }
 
-    /// Adds an incident to the log, with the number the page opens it by.
+    /// Adds an incident to the log, with the number by which the page opens it.
     pub fn incident(&mut self, head: &Head, what: &str) {
         let number = head.number;
         self.keep(json!({
@@ -107,7 +117,7 @@ impl Story {
         }));
     }
 
-    /// Puts lines of an earlier start of the monitor at the beginning of the log.
+    /// Puts lines of an earlier start of the monitor at the start of the log.
     pub fn recall(&mut self, lines: Vec<Value>) {
         self.log.extend(lines);
     }
@@ -115,6 +125,7 @@ impl Story {
     fn keep(&mut self, mut line: Value) {
         line["epoch"] = json!(self.epoch);
         self.news.lines.push(line.clone());
+        // No page was fed for a while: only as many are sent as a late joiner would get.
         if self.news.lines.len() > KEPT_LINES {
             self.news.lines.remove(0);
         }
@@ -124,14 +135,15 @@ impl Story {
         }
     }
 
-    /// Messages about all that is new since the last call.
+    /// Messages about all changes since the last call.
     pub fn news(&mut self) -> Vec<Value> {
         let news = std::mem::take(&mut self.news);
         let mut out = Vec::new();
+        // Half a picture is not sent: its nodes arrive one per line.
         if news.graphs && self.pictures.iter().all(Picture::is_whole) {
             out.push(self.graphs_message());
         } else {
-            // The rest of the picture is on its way.
+            // The rest of the picture will follow.
             self.news.graphs = news.graphs;
         }
         out.extend(
@@ -149,7 +161,7 @@ impl Story {
         out
     }
 
-    /// Messages that tell a new page everything.
+    /// Messages that give a new page everything.
     pub fn everything(&self) -> Vec<Value> {
         let mut out = vec![self.graphs_message()];
         for graph in 0..self.pictures.len() {
@@ -161,7 +173,7 @@ impl Story {
         out
     }
 
-    /// Its pictures alone, with nothing new in them.
+    /// The pictures without log and changes.
     pub fn without_log(&self) -> Self {
         Self {
             pictures: self.pictures.clone(),
@@ -169,7 +181,7 @@ impl Story {
         }
     }
 
-    /// As [`Self::everything`], but for the log.
+    /// As [`Self::everything`], without the log.
     pub fn picture(&self) -> Vec<Value> {
         let mut all = self.everything();
         all.retain(|message| message["t"] != "log");
@@ -192,7 +204,7 @@ impl Story {
         Some(json!({ "t": "edge", "graph": graph, "from": from, "to": to, "label": label }))
     }
 
-    /// Keys and guards, all of them or what is new.
+    /// Keys and guards: all, or the changed ones.
     fn values_message(&self, graph: usize, only: Option<&News>) -> Vec<Value> {
         let Some(picture) = self.pictures.get(graph) else {
             return Vec::new();
@@ -229,9 +241,11 @@ impl Story {
         };
         let before = std::mem::replace(slot, letter);
         self.news.letters.insert(graph);
+        // A tree has no edges, so no transition is searched for.
         if picture.edges.is_empty() {
             return;
         }
+        // A transition is two lines: one state is left, another is entered.
         if letter != b'R' && before == b'R' {
             picture.left = Some(node);
         } else if letter == b'R'
@@ -246,13 +260,15 @@ impl Story {
         let Some(picture) = self.pictures.get_mut(graph) else {
             return;
         };
-        // A guard without a name of its own has that of its node.
+        // A guard without its own name has that of its node.
         let of_node = picture.nodes.get(node).filter(|_| name == "guard");
         let name = of_node.map_or(name, |node| &node.name).to_owned();
         let room = picture.guards.len() < MAX_NAMES || picture.guards.contains_key(&name);
         if !room {
             return self.exceed(time_s, "guards", MAX_NAMES);
         }
+        // Sent when it changes, and now and then when not: guards are evaluated in every
+        // decision.
         let told_s = picture.guards_told_s.get(&name);
         let is_recent = told_s.is_some_and(|told_s| (0.0..RETELL_S).contains(&(time_s - told_s)));
         if picture.guards.insert(name.clone(), holds) != Some(holds) || !is_recent {
@@ -288,12 +304,14 @@ impl Story {
     fn node(&mut self, graph: usize, node: usize, line: &TraceLine) {
         let count = line.to as usize;
         let time_s = seconds(line);
+        // Limits before memory: numbers of a damaged line must not reserve it.
         if graph >= MAX_GRAPHS {
             return self.exceed(time_s, "graphs", MAX_GRAPHS);
         }
         if count > MAX_NODES {
             return self.exceed(time_s, "nodes", MAX_NODES);
         }
+        // Also keeps the parent, which is checked below, inside the picture.
         if node >= count {
             return;
         }
@@ -314,7 +332,7 @@ impl Story {
             detail: field(),
         };
         if picture.name != name || picture.nodes.len() != count {
-            // Another policy: nothing of the one before is left.
+            // Another policy: nothing of the former one stays.
             *picture = Picture {
                 name,
                 ..Picture::default()
@@ -323,6 +341,7 @@ impl Story {
             picture.letters.resize(count, b'I');
             self.news.graphs = true;
             self.news.letters.insert(graph);
+            // A new first picture means that all others are of the policy before.
             if graph == 0 {
                 self.pictures.truncate(1);
             }
@@ -347,6 +366,7 @@ impl Story {
         };
         let nodes = picture.nodes.len();
         let fits = edge.from < nodes && edge.to < nodes;
+        // Edges are sent every second; known ones are no change.
         if !fits || picture.edges.contains(&edge) {
             return;
         }
@@ -363,7 +383,7 @@ fn seconds(line: &TraceLine) -> f64 {
     line.header.sim_time_ns as f64 * 1.0e-9
 }
 
-/// The page knows four letters: a node that is told to stop still runs.
+/// The page has four letters: a node that is halting still runs.
 fn page_letter(letter: u8) -> u8 {
     match letter {
         b'S' | b'F' => letter,

@@ -1,6 +1,6 @@
 //! The commands of a page (docs/page-protocol.md), validated.
 //!
-//! A page is a program of anyone who has the token, so nothing in a command is trusted: each
+//! A page is a program of anyone with the token, so nothing in a command is trusted: each
 //! field has a range, names must be of this cell, and file names are never taken from a page.
 
 use cell_model::runs::spec::Speed;
@@ -37,7 +37,7 @@ pub struct Names {
 pub enum Order {
     /// By physics.
     Operate(Box<OperatorRequest>),
-    /// By the launcher: one line of its own language.
+    /// By the launcher: one line of its protocol.
     Launch(Value),
     /// By the recorder.
     Record(RecordOrder),

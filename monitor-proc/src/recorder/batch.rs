@@ -1,10 +1,10 @@
-//! What one look at the taps brought, put into the order in which it was sent.
-//! A message beside those it was computed from packs better, too.
+//! Messages of one reading of the taps, sorted by their time of publication. A message beside
+//! its inputs also compresses better.
 
 use cell_record::{Channel, Message, gap, pack};
 use ipc_types::{Header, TICK_NS};
 
-/// A message, and where it lies among the bytes.
+/// A message and its place among the bytes.
 #[derive(Clone, Copy)]
 struct Item {
     channel: Channel,
@@ -19,7 +19,7 @@ struct Item {
 #[derive(Default)]
 struct Source {
     items: Vec<Item>,
-    /// The first that has not been handed over.
+    /// The first that was not passed on yet.
     next: usize,
 }
 
@@ -30,7 +30,7 @@ pub(super) struct Batch {
 }
 
 impl Batch {
-    /// For topics that are told apart by a number below `sources`.
+    /// For topics numbered below `sources`.
     pub(super) fn new(sources: usize) -> Self {
         Self {
             bytes: Vec::new(),
@@ -38,14 +38,15 @@ impl Batch {
         }
     }
 
-    /// Takes in a struct of topic `source`: its `header` and its `bytes`.
+    /// Adds a struct of topic `source`: its `header` and its `bytes`.
     pub(super) fn put(&mut self, source: usize, channel: Channel, header: &Header, bytes: &[u8]) {
         let from = self.bytes.len();
+        // Packed here, once, for both the ring and the file.
         pack(bytes, &mut self.bytes);
         self.add(source, channel, header, from);
     }
 
-    /// Takes in what `write` says in JSON about a message of topic `source`.
+    /// Adds JSON from `write` about a message of topic `source`.
     pub(super) fn put_json(
         &mut self,
         source: usize,
@@ -55,11 +56,12 @@ impl Batch {
     ) {
         let from = self.bytes.len();
         write(&mut self.bytes);
+        // Without a number: JSON of a message is not the message, and has no gaps.
         let said = Header { seq: 0, ..*header };
         self.add(source, channel, &said, from);
     }
 
-    /// Takes in that the state with `header` is the first of `epoch`.
+    /// Adds that the state with `header` is the first of `epoch`.
     pub(super) fn put_epoch(&mut self, source: usize, header: &Header, epoch: u32) {
         let from = self.bytes.len();
         let begins = Header {
@@ -69,8 +71,8 @@ impl Batch {
         self.add(source, Channel::Epoch, &begins, from);
     }
 
-    /// Takes in that `count` messages of `channel` were missed, the last of them
-    /// before number `before_seq`.
+    /// Adds that `count` messages of `channel` were missed, the last of them before number
+    /// `before_seq`.
     pub(super) fn put_gap(&mut self, source: usize, channel: Channel, count: u64, before_seq: u64) {
         let from = self.bytes.len();
         let line = gap(channel, count, before_seq, "late");
@@ -79,6 +81,7 @@ impl Batch {
         let Some(source) = self.sources.get_mut(source) else {
             return;
         };
+        // The time of the message before the gap, as a gap itself has none.
         let last = source.items.last();
         let (time_ns, publish_ns) = last.map_or((0, 0), |item| (item.time_ns, item.publish_ns));
         source.items.push(Item {
@@ -91,9 +94,10 @@ impl Batch {
         });
     }
 
-    /// Hands over everything, in the order it was sent; messages of one topic
-    /// never overtake each other. The batch is empty afterwards.
+    /// Passes on everything in the order of publication; messages of one topic never overtake
+    /// each other. The batch is empty afterwards.
     pub(super) fn hand_over(&mut self, mut to: impl FnMut(&Message<'_>)) {
+        // Few topics, so the earliest is searched each time; each topic is sorted already.
         let earliest = |sources: &mut Vec<Source>| {
             let waiting = sources.iter_mut().filter_map(|source| {
                 let sent_ns = source.items.get(source.next)?.publish_ns;
@@ -113,6 +117,7 @@ impl Batch {
                 bytes: self.bytes.get(item.from..item.to).unwrap_or_default(),
             });
         }
+        // Buffers are kept: after the first seconds a reading allocates nothing.
         self.bytes.clear();
         for source in &mut self.sources {
             source.items.clear();

@@ -1,5 +1,4 @@
-//! How long a message takes to become the next one, out of what they say they
-//! were computed from.
+//! Latency from a message to the next one, taken from the inputs that messages name.
 
 use std::collections::VecDeque;
 
@@ -8,10 +7,10 @@ use ipc_types::{ArmCommand, ArmStatus, Decision, Header, MAX_ARMS, WorldPiece};
 
 use super::latency::{HopLatency, Window};
 
-/// Messages whose time is remembered: more than one look brings.
+/// Number of messages whose time is remembered: more than one reading of the taps.
 const REMEMBERED: usize = 4096;
 
-/// When messages were sent, by number.
+/// Publication times by number of the message.
 struct Sent(Vec<(u32, u64, u64)>);
 
 impl Sent {
@@ -25,6 +24,7 @@ impl Sent {
         }
     }
 
+    // The ring is indexed by number; an older message or another start has another one.
     fn find(&self, generation: u32, number: u64) -> Option<u64> {
         let slot = self.0.get(place(number))?;
         (slot.0 == generation && slot.1 == number).then_some(slot.2)
@@ -33,7 +33,7 @@ impl Sent {
 
 struct Arm {
     commands: Sent,
-    /// Generation and number of the command the drives followed last.
+    /// Generation and number of the command that the drives followed last.
     followed: (u32, u64),
     /// First states that followed a command: generation, number, time.
     uses: VecDeque<(u32, u64, u64)>,
@@ -77,6 +77,7 @@ impl Hops {
             .put(header.generation, header.seq, header.publish_ns);
         for (arm, measured) in self.arms.iter_mut().zip(&piece.arms) {
             let command = (measured.command_generation, measured.command_seq);
+            // Once per command: it is repeated in every state until the next one arrives.
             if command != arm.followed && command.1 > 0 {
                 arm.followed = command;
                 if arm.uses.len() < REMEMBERED {
@@ -93,6 +94,7 @@ impl Hops {
         if let Some(arm) = self.arms.get_mut(arm) {
             arm.commands
                 .put(header.generation, header.seq, header.publish_ns);
+            // Unknown if the state was overwritten in the tap: no value instead of a wrong one.
             if let Some(cause_ns) = cause_ns {
                 arm.to_command.record(cause_ns, header.publish_ns);
             }
@@ -101,7 +103,7 @@ impl Hops {
 
     pub(super) fn decision(&mut self, decision: &Decision) {
         let header = &decision.header;
-        // A decision is taken every tenth tick.
+        // Decisions are made every tenth tick.
         let number = header.tick / ipc_types::DECISION_TICKS;
         self.decisions
             .put(header.generation, number, header.publish_ns);
@@ -115,6 +117,7 @@ impl Hops {
             return;
         };
         let decision = (status.goal_generation, status.decision_tick);
+        // Once per decision: a status repeats it until the next one.
         if decision == arm.latched || decision.1 == 0 {
             return;
         }
@@ -125,7 +128,7 @@ impl Hops {
         }
     }
 
-    /// Commands arrive after the states that followed them.
+    /// Commands are read after the states that followed them.
     pub(super) fn settle(&mut self) {
         for arm in &mut self.arms {
             for (generation, seq, used_ns) in arm.uses.drain(..) {

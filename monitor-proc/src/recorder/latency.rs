@@ -5,6 +5,10 @@ use serde::Serialize;
 
 /// Half of the window (ns).
 const HALF_NS: u64 = 5_000_000_000;
+/// Largest latency that is resolved (ns).
+const MAX_NS: u64 = 10_000_000_000;
+/// Two digits are enough for people.
+const DIGITS: u8 = 2;
 /// Upper ends of the buckets (us).
 const EDGES_US: [u64; 20] = [
     10, 20, 50, 100, 150, 200, 300, 500, 700, 1000, 1500, 2000, 3000, 5000, 10_000, 20_000, 50_000,
@@ -17,9 +21,9 @@ pub struct HopLatency {
     /// `state to command`, `command to drives`, `state to decision` or
     /// `decision to controller`.
     pub hop: &'static str,
-    /// Of which arm; `None` for a hop that is of none.
+    /// The arm; `None` for a hop without one.
     pub arm: Option<u8>,
-    /// How many were measured.
+    /// Number of measurements.
     pub n: u64,
     /// Median (us).
     pub p50_us: f64,
@@ -33,7 +37,7 @@ pub struct HopLatency {
     pub buckets: Vec<(u64, u64)>,
 }
 
-/// Two histograms in turn: the older is forgotten.
+/// Two histograms in turn: the older one is discarded.
 pub(super) struct Window {
     hop: &'static str,
     arm: Option<u8>,
@@ -53,21 +57,30 @@ impl Window {
         }
     }
 
-    /// Takes in one hop between two times of the same clock (ns).
+    /// Adds one hop between two times of the same clock (ns).
     pub(super) fn record(&mut self, from_ns: u64, to_ns: u64) {
-        self.now.record(to_ns.saturating_sub(from_ns));
+        // Saturating: a clock difference or a stopped process must not be an error here.
+        if let Some(now) = &mut self.now {
+            now.saturating_record(to_ns.saturating_sub(from_ns));
+        }
     }
 
-    /// Summary of the window at `now_ns`.
+    /// The content of the window at `now_ns`.
     pub(super) fn tell(&mut self, now_ns: u64) -> HopLatency {
+        // Swapped, not cleared: figures stay those of at least five seconds.
         if now_ns >= self.turn_ns {
             self.turn_ns = now_ns + HALF_NS;
             std::mem::swap(&mut self.now, &mut self.before);
             self.now.clear();
         }
         let mut all = self.before.clone();
-        all.merge(&self.now);
-        let us = |ns: u64| ns as f64 * 1.0e-3;
+        if let (Some(all), Some(now)) = (&mut all, &self.now) {
+            // The bounds are equal, so this does not fail.
+            let _added = all.add(now).is_ok();
+        }
+        let us = |of: &dyn Fn(&Histogram<u32>) -> u64| {
+            all.as_ref().map_or(0.0, |all| of(all) as f64 * 1.0e-3)
+        };
         HopLatency {
             hop: self.hop,
             arm: self.arm,

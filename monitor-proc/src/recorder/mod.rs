@@ -1,6 +1,5 @@
-//! The recorder: everything that was said, into a ring of files and, on
-//! request, into a file that is kept. A thread of its own with its own bus: a
-//! slow disk slows no other process.
+//! The recorder: all messages into a ring of files and, on request, into a file that is kept.
+//! It has its own thread and its own bus: a slow disk slows down no other process (ADR 0012).
 
 mod batch;
 mod hops;
@@ -28,16 +27,16 @@ use serde_json::Value;
 use crate::hub::Timeline;
 pub use latency::HopLatency;
 
-/// The recorder answers within this, unless the disk stands still.
+/// Time in which the recorder answers, unless the disk hangs.
 const PATIENCE: Duration = Duration::from_secs(10);
 /// Name of the socket in the run directory.
 const SOCKET: &str = "record.sock";
 
-/// What the recorder shall do.
+/// Requests to the recorder.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(tag = "ask", rename_all = "snake_case")]
 pub enum RecorderRequest {
-    /// Keep all from now on, in a new file.
+    /// Record everything from now on in a new file.
     Start {
         /// The file.
         file: PathBuf,
@@ -46,16 +45,16 @@ pub enum RecorderRequest {
     Stop,
     /// Write the newest part of the ring to a new file.
     Last {
-        /// How much (simulated s).
+        /// Length (simulated s).
         seconds: f64,
         /// The file.
         file: PathBuf,
     },
-    /// Write down what is still in memory.
+    /// Write the messages still in memory to the disk.
     Flush,
 }
 
-/// How the recorder is doing.
+/// Status of the recorder.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct RecorderStatus {
     /// `on`, `off` or `trouble`.
@@ -64,11 +63,11 @@ pub struct RecorderStatus {
     pub bytes: u64,
     /// Bytes it may have.
     pub limit_bytes: u64,
-    /// The file that is being kept.
+    /// The file being recorded.
     pub file: Option<String>,
     /// Messages that were not recorded.
     pub gaps: u64,
-    /// What is wrong; empty for nothing.
+    /// The current problem; empty for none.
     pub note: String,
     /// Simulated time in the ring.
     #[serde(skip)]
@@ -97,7 +96,7 @@ pub struct Recorder {
     socket: PathBuf,
 }
 
-/// Where requests are handed in.
+/// Sender of requests.
 #[derive(Clone)]
 struct Desk {
     asks: mpsc::Sender<Ask>,
@@ -106,8 +105,8 @@ struct Desk {
 }
 
 impl Recorder {
-    /// Starts the recorder of the run of `start`, whose page shows `scene`.
-    /// What fails is in [`Recorder::status`], not in the way.
+    /// Starts the recorder of the run of `start`, whose page shows `scene`. Errors are reported
+    /// by [`Recorder::status`] and do not stop the caller.
     pub fn start(start: &Start, scene: Value) -> Self {
         let shared = Arc::new(Shared::default());
         let (asks, asked) = mpsc::channel();
@@ -130,12 +129,13 @@ impl Recorder {
             threads: Vec::new(),
             socket: socket.clone(),
         };
+        // The recorder before its socket: a request must find it.
         recorder.spawn("recorder", move || thread::run(&job));
         recorder.spawn("record-socket", move || socket::serve(&socket, &desk));
         recorder
     }
 
-    /// How it is doing.
+    /// Its status.
     pub fn status(&self) -> RecorderStatus {
         lock(&self.shared.status).clone()
     }
@@ -145,12 +145,12 @@ impl Recorder {
         lock(&self.shared.latency).clone()
     }
 
-    /// Asks for something and waits for it; copying the last minutes takes
-    /// seconds, on the thread of the caller.
+    /// Sends a request and waits for the answer; copying the last minutes takes seconds, on the
+    /// thread of the caller.
     ///
     /// # Errors
     ///
-    /// Why not, for people.
+    /// The reason, for people.
     pub fn ask(&self, request: RecorderRequest) -> Result<String, String> {
         match &self.desk {
             Some(desk) => desk.ask(request),
@@ -162,6 +162,7 @@ impl Recorder {
         let thread = std::thread::Builder::new().name(name.to_owned());
         match thread.spawn(work) {
             Ok(thread) => self.threads.push(thread),
+            // No thread, no recording, but a cell: the status reports it.
             Err(error) => {
                 let mut status = lock(&self.shared.status);
                 status.state = "trouble";
@@ -173,24 +174,29 @@ impl Recorder {
 
 impl Drop for Recorder {
     fn drop(&mut self) {
+        // In this order: the flag, then no more requests, then the socket's thread is woken to
+        // see both.
         self.shared.ending.store(true, Ordering::Release);
         self.desk = None;
         socket::wake(&self.socket);
         for thread in self.threads.drain(..) {
-            // It has said what was wrong with it already.
+            // Its errors are reported already.
             let _ended = thread.join().is_ok();
         }
     }
 }
 
 impl Desk {
+    // Copied on the caller's thread from the files: recording continues meanwhile.
     fn ask(&self, request: RecorderRequest) -> Result<String, String> {
         let RecorderRequest::Last { seconds, file } = request else {
             return self.pass_on(request);
         };
+        // Written so that NaN is refused, too.
         if !(seconds > 0.0) {
             return Err(format!("{seconds} s; give more than 0"));
         }
+        // The newest second may be in memory only.
         self.pass_on(RecorderRequest::Flush)?;
         let text = |error: cell_record::RecordError| error.to_string();
         let ring = Recording::open(&self.flight_dir).map_err(text)?;

@@ -1,14 +1,14 @@
-//! Tells physics how far the recorder has got.
+//! Reports the progress of the recorder to physics.
 
 use cell_bus::{Bus, BusError, Doorbell, Publisher};
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::{Header, Health, Input, RECORDER_LAG_TICKS};
 
-/// The recorder's word to physics, which in lockstep waits for it.
+/// The port to physics, which waits for the recorder in lockstep.
 pub(super) struct Progress {
     port: Publisher<Health>,
     physics: Doorbell,
-    /// Generation of physics and tick told last.
+    /// Generation of physics and tick reported last.
     told: (u32, u64),
 }
 
@@ -21,11 +21,12 @@ impl Progress {
         })
     }
 
-    /// All up to the state with this header is taken down. How much of what physics
-    /// may run ahead that was, 0 to 1.
+    /// Reports that everything up to the state with this header is recorded. Returns the share
+    /// of the allowed lag that this was, 0 to 1.
     pub(super) fn tell(&mut self, state: &Header) -> f64 {
         let newest = (state.generation, state.tick);
         if newest == self.told {
+            // Also without news: physics may have restarted and joined since.
             self.port.update_connections();
             return 0.0;
         }
@@ -39,14 +40,16 @@ impl Progress {
             seq: state.seq,
             age_ticks: 0,
         });
-        // A word that was not sent is followed by another.
+        // A message that was not sent is followed by another one.
         let sent = self.port.publish(|message| {
             *message = ipc_types::Wire::zeroed();
             message.header = header;
         });
+        // Physics sleeps in lockstep until this ring.
         if sent.is_ok() {
             self.physics.ring();
         }
+        // After a restart of physics the ticks of both generations cannot be compared.
         if same {
             ticks as f64 / RECORDER_LAG_TICKS as f64
         } else {

@@ -1,4 +1,4 @@
-//! What the launcher is told of the recording.
+//! Report of the recording for the launcher.
 
 use std::path::{Path, PathBuf};
 
@@ -7,7 +7,7 @@ use cell_model::runs::record::RecordReport;
 /// Keeps the report in the run directory up to date.
 pub(super) struct Report {
     dir: PathBuf,
-    /// Of the starts of this process before this one.
+    /// Sum of the earlier starts of this process.
     before: RecordReport,
     written: Option<RecordReport>,
 }
@@ -15,8 +15,9 @@ pub(super) struct Report {
 impl Report {
     pub(super) fn new(dir: &Path, generation: u32) -> Self {
         let before = RecordReport::load(dir).filter(|_| generation > 1);
+        // Only a later start: the first one must not add a report of another run.
         let mut before = before.unwrap_or_default();
-        // One that was killed had no time to write down how long its file became.
+        // A process that was killed could not write the final size of its file.
         let bytes = |file: &PathBuf| file.metadata().map_or(0, |meta| meta.len());
         let on_disk = before.files.iter().map(bytes).sum();
         before.bytes = before.bytes.max(on_disk);
@@ -27,7 +28,7 @@ impl Report {
         }
     }
 
-    /// Writes what is `now` of this start of the process, if people should know.
+    /// Writes the report `now` of this start of the process, if it has news for people.
     pub(super) fn write(&mut self, now: RecordReport) {
         let report = RecordReport {
             gaps: self.before.gaps + now.gaps,
@@ -36,6 +37,7 @@ impl Report {
             closed: now.closed,
             files: [&self.before.files[..], &now.files].concat(),
         };
+        // The size changes all the time and is read from the disk; it is not news.
         let is_news = self.written.as_ref().is_none_or(|written| {
             written.error != report.error
                 || written.gaps != report.gaps
@@ -43,7 +45,7 @@ impl Report {
                 || report.closed
         });
         if is_news {
-            // Without it the launcher says that there is no report.
+            // Without it the launcher reports that there is no report.
             let _written = report.save(&self.dir).is_ok();
             self.written = Some(report);
         }

@@ -1,4 +1,8 @@
-//! Where messages go: the ring, and the file that is kept.
+//! Destinations of messages: the ring, and the file being kept.
+//!
+//! Each can fail without the other: a file that fails is closed and reported, while the ring
+//! retries. A restart of physics sets simulated time back, so answers that belong to the time
+//! before it are dropped; in a file their time would be in the future.
 
 use std::path::{Path, PathBuf};
 
@@ -11,6 +15,7 @@ use serde_json::Value;
 const FLUSH_NS: u64 = 1_000_000_000;
 
 /// An answer may be read before the state it answers by this much (simulated ns).
+// Taps are read one after the other; within one reading an answer can be ahead of its state.
 const EARLY_NS: u64 = 100_000_000;
 
 struct Kept {
@@ -21,20 +26,20 @@ struct Kept {
     flush_ns: u64,
 }
 
-/// Writes messages down.
+/// Writes messages to the ring and the file.
 pub(super) struct Sink {
     flight: Flight,
     preamble: Preamble,
     kept: Option<Kept>,
     /// The file of the whole run, or the part of it that this recorder writes.
     run_file: Option<PathBuf>,
-    /// What was wrong with a file.
+    /// Error of a file.
     trouble: Option<String>,
     /// Bytes of the files that are closed.
     closed_bytes: u64,
     missed: u64,
     now_ns: u64,
-    /// Time at which the epoch, or this recorder, began (simulated ns).
+    /// Start of the epoch, or of this recorder (simulated ns).
     begin_ns: u64,
     /// Time of the newest state (simulated ns).
     state_ns: u64,
@@ -52,7 +57,7 @@ impl Sink {
             preamble.clone(),
         );
         Self {
-            // A process that has not seen a state says that it is tick 0.
+            // A process that has not seen a state uses tick 0.
             begin_ns: flight.end_ns(),
             flight,
             preamble,
@@ -66,24 +71,26 @@ impl Sink {
         }
     }
 
-    /// The time of what follows.
+    /// Sets the time of the messages that follow.
     pub(super) fn at(&mut self, now_ns: u64) {
         self.now_ns = now_ns;
     }
 
-    /// Writes down a packed message.
+    /// Writes a packed message.
     pub(super) fn put(&mut self, message: &Message<'_>) {
         match message.channel {
             Channel::Epoch => return self.begin_epoch(message),
             Channel::World => self.state_ns = message.time_ns,
-            // An answer to a state of the epoch before leads nowhere.
+            // An answer to a state of the epoch before belongs to no history.
             _ if message.time_ns > self.state_ns.saturating_add(EARLY_NS) => return,
             _ => {}
         }
         let message = &Message {
+            // Not before the epoch: messages of a process without a state have tick 0.
             time_ns: message.time_ns.max(self.begin_ns),
             ..*message
         };
+        // The ring counts its own losses; they do not concern the file.
         self.flight.append_packed(message, self.now_ns);
         let Some(kept) = &mut self.kept else {
             return;
@@ -96,9 +103,10 @@ impl Sink {
         }
     }
 
-    /// What follows was set back to the time of `message`.
+    /// Starts an epoch: simulated time was set back to that of `message`.
     fn begin_epoch(&mut self, message: &Message<'_>) {
         let epoch = u32::try_from(message.seq).unwrap_or(u32::MAX);
+        // Both, so that answers to later ticks of the epoch before are recognised.
         (self.begin_ns, self.state_ns) = (message.time_ns, message.time_ns);
         self.flight.begin_epoch(epoch);
         self.preamble.set_epoch(epoch);
@@ -134,12 +142,13 @@ impl Sink {
         }
     }
 
-    /// Keeps all from now on in a new file.
+    /// Records everything from now on in a new file.
     pub(super) fn start(&mut self, path: &Path) -> Result<String, String> {
         if let Some(kept) = &self.kept {
             let path = kept.path.display();
             return Err(format!("{path} is being recorded already; stop that first"));
         }
+        // Never over an existing file: creating it fails instead.
         let writer = RecordingWriter::create(path, &self.preamble);
         self.kept = Some(Kept {
             path: path.to_owned(),
@@ -166,7 +175,7 @@ impl Sink {
         }
     }
 
-    /// What the launcher has to know of it.
+    /// State of the recording, for the launcher.
     pub(super) fn report(&self) -> RecordReport {
         let open = self.kept.as_ref().map_or(0, |kept| kept.writer.bytes());
         RecordReport {
@@ -197,7 +206,7 @@ impl Sink {
         ))
     }
 
-    /// Name of the file that is being kept.
+    /// Name of the file being recorded.
     pub(super) fn file(&self) -> Option<String> {
         self.kept.as_ref().map(|k| k.path.display().to_string())
     }
@@ -206,7 +215,7 @@ impl Sink {
         &self.flight
     }
 
-    /// Messages that are missing in the ring.
+    /// Messages missing in the ring.
     pub(super) fn gaps(&self) -> u64 {
         self.missed + self.flight.lost()
     }
@@ -215,16 +224,17 @@ impl Sink {
         self.flight.trouble().or(self.trouble.as_deref())
     }
 
-    /// Ends everything.
+    /// Closes file and ring.
     pub(super) fn close(&mut self) {
         if self.kept.is_some() {
-            // What is wrong with the file is in the report.
+            // An error of the file is in the report.
             let _said = self.stop().is_ok();
         }
         self.flight.close();
     }
 
     fn give_up(&mut self, why: &str) {
+        // Not finished: the disk has just refused; the flushed part can be read.
         if let Some(kept) = self.kept.take() {
             self.closed_bytes += kept.writer.bytes();
             let path = kept.path.display();

@@ -1,4 +1,4 @@
-//! For the command line: one line of JSON in, one out.
+//! Socket for the command line: one line of JSON in, one out.
 
 use std::io::{self, BufRead, BufReader, Read, Write};
 use std::os::unix::net::{UnixListener, UnixStream};
@@ -12,10 +12,12 @@ use serde_json::json;
 use super::{Desk, RecorderRequest, lock};
 
 /// Longest request (bytes).
+// Two paths and a number; a longer line is not a request.
 const MAX_LINE: u64 = 1 << 16;
-/// How often it is looked whether the recorder ends.
+/// Interval of the check whether the recorder ends.
 const LOOK: Duration = Duration::from_millis(200);
-/// A client sends its request within this time.
+/// Time in which a client has to send its request.
+// One client at a time, so a silent one must not hold up the others.
 const PATIENCE: Duration = Duration::from_secs(1);
 
 /// Serves requests one after the other until the recorder ends.
@@ -29,28 +31,30 @@ pub(super) fn serve(path: &Path, desk: &Desk) {
             cell_worker::warn(format_args!(
                 "`robocell record` will not work: {path}: {error}"
             ));
+            // The cell records without it; the note tells why the command does not work.
             lock(&desk.shared.status).note = format!("{path}: {error}");
             return;
         }
     };
     while !desk.shared.ending.load(Ordering::Acquire) {
-        // With a limit: without the socket's file no connection can wake this thread.
+        // With a limit: if the socket's file is gone, no connection can wake this thread.
         match is_readable(&listener, LOOK) {
             Ok(true) => {}
             Ok(false) => continue,
             Err(_) => break,
         }
         let stream = listener.accept().map(|(stream, _)| stream);
+        // The connection may be the one of `wake`.
         if desk.shared.ending.load(Ordering::Acquire) {
             break;
         }
-        // Who goes away before the answer does not want it.
+        // A client that leaves before the answer does not need it.
         let _answered = stream.and_then(|stream| answer(&stream, desk)).is_ok();
     }
     let _gone = std::fs::remove_file(path).is_ok();
 }
 
-/// Lets [`serve`] look whether it shall end.
+/// Makes [`serve`] check whether it has to end.
 pub(super) fn wake(path: &Path) {
     let _woken = UnixStream::connect(path).is_ok();
 }

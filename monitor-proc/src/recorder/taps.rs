@@ -1,4 +1,11 @@
-//! Empties the taps.
+//! Reads the taps.
+//!
+//! Order matters: states are read before the commands that answer them, and commands before the
+//! statuses and decisions that name them, so that latencies find their cause; `Batch` restores
+//! the
+//! order of publication for the file. Every message that a tap overwrote is counted and written
+//! as
+//! a gap on its channel.
 
 use cell_bus::{Bus, BusError, Subscriber, TopicMessage};
 use cell_record::{Channel, foxglove, wire_bytes};
@@ -15,12 +22,14 @@ use super::hops::Hops;
 use super::sink::Sink;
 use super::whole::Whole;
 
+// 50 Hz: enough for a viewer, and a twentieth of the states.
 /// Ticks between two `foxglove.FrameTransforms`.
 const TRANSFORM_TICKS: u64 = 20;
-/// Time between two lines of health (ns of the clock on the wall).
+/// Interval of the health lines (ns of the monotonic clock).
+// The figures in it are those of a second.
 const HEALTH_NS: u64 = 1_000_000_000;
 
-/// One topic and what is missing of it.
+/// One topic and its missed messages.
 struct Tap<T: TopicMessage> {
     port: Subscriber<T>,
     channel: Channel,
@@ -30,7 +39,8 @@ struct Tap<T: TopicMessage> {
 }
 
 impl<T: TopicMessage> Tap<T> {
-    /// Hands on what waits; says what was missed. How many there were.
+    /// Passes on all waiting messages and records a gap if some were missed; returns their
+    /// number.
     fn drain(&mut self, batch: &mut Batch, mut each: impl FnMut(&mut Batch, usize, &T)) -> usize {
         let source = self.source;
         let taken = self.port.take_all(|message| each(batch, source, message));
@@ -44,7 +54,7 @@ impl<T: TopicMessage> Tap<T> {
     }
 }
 
-/// Opens taps, and numbers them.
+/// Opens and numbers taps.
 struct Opener<'a> {
     bus: &'a Bus,
     sources: usize,
@@ -72,7 +82,7 @@ struct Arm {
     status: Tap<ArmStatus>,
 }
 
-/// All the recorder listens to.
+/// All topics that the recorder reads.
 pub(super) struct Taps {
     world: Tap<WorldPiece>,
     arms: Vec<Arm>,
@@ -81,7 +91,7 @@ pub(super) struct Taps {
     keyframes: Vec<Tap<Keyframe>>,
     healths: Vec<(Process, Subscriber<Health>)>,
     batch: Batch,
-    /// Number of the healths in the batch.
+    /// Number of the health messages in the batch.
     rest: usize,
     missed: u64,
     names: foxglove::Names,
@@ -138,12 +148,12 @@ impl Taps {
         piece.is_some_and(|piece| piece.flags & FLAG_LOCKSTEP != 0)
     }
 
-    /// Header of the newest state taken down.
+    /// Header of the newest recorded state.
     pub(super) fn newest(&self) -> Option<&Header> {
         self.world.port.current().map(|piece| &piece.state)
     }
 
-    /// Writes down all that waits; how full the fullest buffer was, 0 to 1.
+    /// Records all waiting messages; returns the fill of the fullest buffer, 0 to 1.
     pub(super) fn drain(&mut self, sink: &mut Sink, hops: &mut Hops, now_ns: u64) -> f64 {
         let mut fill = self.drain_world(hops);
         let mut note = |taken: usize, topic: TopicId| {
@@ -191,10 +201,12 @@ impl Taps {
         let all_told = &mut self.all_told;
         let taken = self.world.drain(&mut self.batch, |batch, source, piece| {
             let of = piece.state.generation;
+            // Before the first state of a new physics: the time of what follows is set back.
             if epoch.replace(of) != Some(of) {
                 batch.put_epoch(source, &piece.header, of);
             }
             batch.put(source, Channel::World, &piece.header, wire_bytes(piece));
+            // Once per state, not per piece.
             if piece.piece == 0 {
                 hops.state(piece);
             }
@@ -206,6 +218,7 @@ impl Taps {
     }
 
     fn put_health(&mut self, now_ns: u64) {
+        // Health is published at 100 Hz; the file needs its figures once a second.
         if now_ns < self.health_ns {
             return;
         }
@@ -227,6 +240,7 @@ impl Taps {
         let late: u64 = arms.map(|arm| arm.commands.late + arm.status.late).sum();
         let late = late + self.world.late + self.decisions.late + self.trace.late;
         let late = late + self.keyframes.iter().map(|tap| tap.late).sum::<u64>();
+        // All gaps are counted here, so that the sum on the page equals that of the file.
         sink.missed(late - self.missed);
         self.missed = late;
     }
@@ -247,7 +261,7 @@ fn put_line(batch: &mut Batch, source: usize, line: &TraceLine) {
     }
 }
 
-/// For other tools. A paused cell says the same again and again.
+/// Messages for other tools. A paused cell would repeat the same ones.
 fn put_foxglove(
     batch: &mut Batch,
     source: usize,
@@ -273,6 +287,7 @@ fn put_foxglove(
             });
         }
         batch.put_json(source, Channel::Transforms, header, |out| {
+            // The first one names all frames, so that a viewer knows resting objects at once.
             foxglove::transforms(names, world, !std::mem::replace(all_told, true), out);
         });
     }

@@ -1,4 +1,12 @@
 //! The thread of the recorder.
+//!
+//! What can go wrong: the bus cannot be joined, a tap overflows, the disk is full. The rules:
+//! the
+//! recorder keeps its file open and tries the bus again; it reads often enough that no buffer
+//! is
+//! full, and reports what was overwritten as a gap; the report for the launcher is written
+//! before
+//! anything that can end this process.
 
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
@@ -19,18 +27,18 @@ use super::taps::Taps;
 use super::{Answer, Ask, RecorderRequest, RecorderStatus, Shared, lock};
 use crate::hub::Timeline;
 
-/// Pause between two looks in real time (ms), and when all runs as fast as it
-/// can. A task on a busy machine sends a state record with every decision, and
-/// sixteen of them can wait.
+/// Pause between two readings in real time (ms), and at full speed. A task on a busy machine
+/// sends a checkpoint with every decision, and sixteen of them can wait.
 const PAUSE_MS: (f64, f64) = (100.0, 2.0);
-/// Buffers are emptied when they are about this full.
+/// Buffers are emptied at about this fill.
+// Far below full: a pause of the machine of six times as long loses nothing.
 const WANTED_FILL: f64 = 0.15;
-/// Time between two attempts to join the bus.
+/// Interval between attempts to join the bus.
 const RETRY: Duration = Duration::from_millis(500);
-/// How often status and latency are told (ns).
+/// Interval of status and latency (ns).
 const TELL_NS: u64 = 500_000_000;
 
-/// All the thread needs.
+/// Inputs of the thread.
 pub(super) struct Job {
     pub(super) spec: RunSpec,
     pub(super) generation: u32,
@@ -39,14 +47,14 @@ pub(super) struct Job {
     pub(super) asked: Receiver<Ask>,
 }
 
-/// Records until no request can come any more.
+/// Records until no request can arrive any more.
 pub(super) fn run(job: &Job) {
     let mut sink = Sink::new(&job.spec, &job.scene);
     if let Some(file) = &job.spec.record.file {
         sink.start_run(file, job.generation);
     }
     let mut report = Report::new(&job.spec.run_dir, job.generation);
-    // Before anything can end this process: the file is named at the end of the run.
+    // Before anything can end this process: the launcher finds the file at the end of the run.
     report.write(sink.report());
     while let Err(error) = listen(job, &mut sink, &mut report) {
         let note = format!("the recorder hears nothing: {error}");
@@ -80,12 +88,15 @@ fn listen(job: &Job, sink: &mut Sink, report: &mut Report) -> Result<(), BusErro
     let mut taps = Taps::new(&bus, job.spec.arms, &job.scene)?;
     let mut hops = Hops::new(usize::from(job.spec.arms));
     let mut progress = Progress::new(&bus)?;
+    // Starts with the short pause: at full speed the first buffer may be full soon.
     let (mut pause_ms, mut told_ns) = (PAUSE_MS.1, 0);
     loop {
         let now_ns = monotonic_ns();
         sink.at(now_ns);
         let mut fill = taps.drain(sink, &mut hops, now_ns);
         sink.flush_if_due();
+        // Only in lockstep physics waits for it; in real time the message would be for no
+        // reader.
         if let Some(state) = taps.newest().filter(|_| taps.is_lockstep()) {
             fill = fill.max(progress.tell(state));
         }
@@ -95,6 +106,7 @@ fn listen(job: &Job, sink: &mut Sink, report: &mut Report) -> Result<(), BusErro
             *lock(&job.shared.status) = status(job, sink);
             report.write(sink.report());
         }
+        // The pause follows the fill of the last reading, within both limits.
         let wanted = pause_ms * WANTED_FILL / fill.max(1.0e-3);
         pause_ms = wanted.clamp(PAUSE_MS.1, PAUSE_MS.0);
         match job
@@ -103,13 +115,15 @@ fn listen(job: &Job, sink: &mut Sink, report: &mut Report) -> Result<(), BusErro
         {
             Ok((request, answer)) => {
                 sink.at(monotonic_ns());
-                // What was said before the request belongs to it.
+                // Messages sent before the request belong to the recording.
                 taps.drain(sink, &mut hops, now_ns);
                 obey(sink, &request, &answer);
                 *lock(&job.shared.status) = status(job, sink);
                 report.write(sink.report());
             }
             Err(RecvTimeoutError::Timeout) => {}
+            // All senders are gone: the process ends, and the waiting messages are the end of the
+            // recording.
             Err(RecvTimeoutError::Disconnected) => {
                 taps.drain(sink, &mut hops, now_ns);
                 return Ok(());
@@ -118,7 +132,7 @@ fn listen(job: &Job, sink: &mut Sink, report: &mut Report) -> Result<(), BusErro
     }
 }
 
-/// Answers for as long as there is no bus; false when no request can come any more.
+/// Answers while there is no bus; false when no request can arrive any more.
 fn answer_until(job: &Job, sink: &mut Sink, time: Duration) -> bool {
     match job.asked.recv_timeout(time) {
         Ok((request, answer)) => {

@@ -1,11 +1,11 @@
-//! States put together from their pieces.
+//! Combines states from their pieces.
 
 use ipc_types::{Header, Wire, WorldPiece, WorldState};
 
 /// The newest state with all its objects.
 pub(super) struct Whole {
     state: Box<WorldState>,
-    /// The piece that has to come next; 0 where one is missing.
+    /// The next piece expected; 0 if one is missing.
     next: u32,
 }
 
@@ -17,14 +17,17 @@ impl Whole {
         }
     }
 
-    /// Takes a piece; the state when it is the last of one that names all objects and whose
-    /// pieces all came. A recorder that starts between two pieces has only the later ones.
+    /// Takes a piece; returns the state if it was the last of one that names all objects and
+    /// all its pieces arrived. A recorder that starts between two pieces has only the later
+    /// ones.
     pub(super) fn take(&mut self, piece: &WorldPiece) -> Option<&WorldState> {
+        // Other states name some objects only; the rest would be of older ticks.
         if piece.all_objects == 0 {
             return None;
         }
         let of = |header: &Header| (header.generation, header.seq, header.tick);
         let follows = piece.piece == self.next && of(&piece.state) == of(&self.state.header);
+        // A gap: the state is given up, and the next first piece starts a new one.
         if piece.piece != 0 && !follows {
             self.next = 0;
             return None;
@@ -34,6 +37,7 @@ impl Whole {
         if self.next != piece.pieces {
             return None;
         }
+        // The publication of the last piece, so that messages made of it come after all pieces.
         self.state.header.publish_ns = piece.header.publish_ns;
         Some(&self.state)
     }

@@ -3,24 +3,24 @@
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
-/// What to show, and where.
+/// Recording and address.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ReplayArgs {
     /// The recording: a file, or the directory of a flight recorder.
     pub file: PathBuf,
     /// Address and port to listen at.
     pub address: SocketAddr,
-    /// Name by which other machines reach it.
+    /// Name by which other machines reach this one.
     pub host: Option<String>,
-    /// File with what opens the page.
+    /// File with the secrets of the page.
     pub secrets: PathBuf,
     /// The built page; the embedded one where missing.
     pub dist: Option<PathBuf>,
-    /// What to do when there is no page, for people.
+    /// Advice for people when there is no page.
     pub hint: String,
 }
 
-/// Arguments that make no sense.
+/// Invalid arguments.
 #[derive(Debug, thiserror::Error)]
 #[error(
     "{0}; the launcher starts this as `replay FILE --address A --secrets S [--dist D] \
@@ -33,7 +33,7 @@ impl ReplayArgs {
     ///
     /// # Errors
     ///
-    /// Which one is missing or wrong.
+    /// The argument that is missing or wrong.
     pub fn parse(mut arguments: impl Iterator<Item = String>) -> Result<Self, ReplayArgsError> {
         let missing = |what: &str| ReplayArgsError(format!("{what} is missing"));
         let file = arguments.next().ok_or_else(|| missing("the file"))?;

@@ -4,15 +4,16 @@ use crate::page::command::PlayOrder;
 
 /// Length of a tick (s).
 const TICK_S: f64 = 0.001;
-/// More than this passed at once is a machine that slept (s).
+/// A longer pause is a machine that slept (s).
+// Without it the replay would leap by hours after the laptop was opened.
 const MAX_LEAP_S: f64 = 0.25;
 
-/// Where a replay is and how it continues.
+/// Time and speed of a replay.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clock {
     /// Simulated time shown (s).
     pub time_s: f64,
-    /// Whether it continues.
+    /// Whether it plays.
     pub plays: bool,
     /// Recorded seconds per second.
     pub speed: f64,
@@ -22,7 +23,7 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// A clock at the beginning of `(from, to)`, which goes.
+    /// A clock at the start of `(from, to)`, playing.
     pub fn new((from_s, to_s): (f64, f64)) -> Self {
         Self {
             time_s: from_s,
@@ -34,13 +35,15 @@ impl Clock {
         }
     }
 
-    /// Continues to `now_s` of the clock on the wall; stands still at the end.
+    /// Advances to `now_s` of the monotonic clock; stops at the end.
     pub fn look(&mut self, now_s: f64) -> f64 {
         let passed_s = self.looked_s.map_or(0.0, |looked_s| now_s - looked_s);
         self.looked_s = Some(now_s);
         if self.plays {
             let passed_s = passed_s.clamp(0.0, MAX_LEAP_S);
             self.set(self.time_s + passed_s * self.speed);
+            // Stopped, so that the page shows "play" and the next press starts from the
+            // beginning.
             if self.time_s >= self.to_s {
                 self.plays = false;
             }
@@ -48,8 +51,9 @@ impl Clock {
         self.time_s
     }
 
-    /// Does what a page asked for.
+    /// Executes an order of a page.
     pub fn obey(&mut self, order: PlayOrder) {
+        // Speed first, then time, then play: an order may have all of them.
         if let Some(speed) = order.speed {
             self.speed = speed;
         }
@@ -61,7 +65,7 @@ impl Clock {
             self.set(self.time_s + ticks as f64 * TICK_S);
         }
         if let Some(plays) = order.play {
-            // At the end, to play is to play again.
+            // At the end, playing means playing again.
             if plays && self.time_s >= self.to_s {
                 self.set(self.from_s);
             }

@@ -1,4 +1,4 @@
-//! What can be asked of a replay: its clock, and nothing that moves anything.
+//! Commands to a replay: those of its clock only.
 
 use std::sync::mpsc;
 
@@ -8,7 +8,7 @@ use ipc_types::operator::OperatorAction;
 use crate::page::command::{Order, PlayOrder};
 use crate::page::desk::{Answer, Desk, Reply, send};
 
-/// Hands orders to the clock.
+/// Passes orders to the clock.
 pub(super) struct ReplayDesk(pub(super) mpsc::Sender<PlayOrder>);
 
 impl Desk for ReplayDesk {
@@ -30,7 +30,7 @@ fn play_order(order: &Order) -> Option<PlayOrder> {
     }
 }
 
-/// The buttons of a simulation mean the same here.
+/// The buttons of a simulation control the replay.
 fn button(request: &OperatorRequest) -> Option<PlayOrder> {
     let nothing = PlayOrder::default();
     match OperatorAction::from_code(request.action)? {
@@ -47,6 +47,7 @@ fn button(request: &OperatorRequest) -> Option<PlayOrder> {
             ..nothing
         }),
         OperatorAction::Reset => Some(PlayOrder {
+            // The reset of a replay is its start.
             time_s: Some(0.0),
             ..nothing
         }),

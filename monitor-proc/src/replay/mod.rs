@@ -1,4 +1,4 @@
-//! A recorded file on the page, as if it were live: no bus, a clock of its own.
+//! Shows a recording on the page like a live cell: without a bus, at the pace of a clock.
 
 pub mod args;
 pub mod clock;

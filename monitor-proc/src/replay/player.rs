@@ -1,4 +1,4 @@
-//! Feeds the hub from a film, at the pace of its clock.
+//! Feeds the hub from a recording, at the pace of its clock.
 
 use std::sync::Arc;
 
@@ -9,14 +9,15 @@ use crate::page::command::PlayOrder;
 use crate::status::{StatusInput, status};
 use crate::story::{KEPT_LINES, Story};
 
-/// What was said this long before the moment leapt to is told (s): pictures are in
-/// the trace once a second, values and transitions when they change.
+/// Part of the trace before a new time that is sent (s): pictures are in the trace once a
+/// second, values and transitions when they change.
 const LOOK_BACK_S: f64 = 10.0;
-/// A leap longer than this is no play any more (s).
+/// A longer step is a jump, not playing (s).
+// At 50 times real time a frame is 0.8 s; a slow disk may skip several.
 const LEAP_S: f64 = 5.0;
-/// Within this time after its beginning a recording has a whole state (s).
+/// Time after its start within which a recording has a complete state (s).
 const BEGINS_S: f64 = 5.0;
-/// How often a status is told (s).
+/// Interval of the status messages (s).
 const STATUS_S: f64 = 0.25;
 
 /// Shows a film.
@@ -27,16 +28,15 @@ pub struct Player<F> {
     fingers: Vec<usize>,
     objects: Vec<String>,
     policy: String,
-    /// Time the page sees (s).
+    /// Time shown on the page (s).
     shown_s: Option<f64>,
     next_status_s: f64,
     in_trouble: bool,
 }
 
 impl<F: Film> Player<F> {
-    /// A player at the beginning of `film`. `fingers` as in
-    /// [`crate::scene::fingers`], `objects` by their place in the cell file,
-    /// `policy` where the task has not said its own.
+    /// A player at the start of `film`. `fingers` as in [`crate::scene::fingers`], `objects` by
+    /// their place in the cell file, `policy` for a task without its own.
     pub fn new(
         film: F,
         hub: Arc<Hub>,
@@ -58,12 +58,12 @@ impl<F: Film> Player<F> {
         }
     }
 
-    /// Does what a page asked for.
+    /// Executes an order of a page.
     pub fn obey(&mut self, order: PlayOrder) {
         self.clock.obey(order);
     }
 
-    /// Shows what is to be seen at `now_s` of the clock on the wall.
+    /// Shows the moment of `now_s` of the monotonic clock.
     pub fn turn(&mut self, now_s: f64) {
         let time_s = self.clock.look(now_s);
         let due = now_s >= self.next_status_s;
@@ -83,8 +83,8 @@ impl<F: Film> Player<F> {
         self.hub.tell_news();
     }
 
-    /// Says once what cannot be shown. Where a recording begins, there may be no whole
-    /// state yet: that is no fault.
+    /// Reports once why a moment cannot be shown. At the start of a recording there may be no
+    /// complete state yet, which is not a fault.
     fn say_trouble(&mut self, time_s: f64, why: &str) {
         let begins = time_s < self.film.span_s().0 + BEGINS_S;
         if !self.in_trouble && !begins {
@@ -96,12 +96,13 @@ impl<F: Film> Player<F> {
 
     fn show(&mut self, time_s: f64, with_status: bool) -> Result<(), String> {
         let mut still = self.film.still(time_s)?;
+        // A paused replay sends no story: it has not changed.
         let moved = self.shown_s != Some(time_s);
         if moved {
             self.tell(time_s)?;
             self.shown_s = Some(time_s);
         }
-        // The pause that is seen is that of the replay.
+        // The pause shown is that of the replay.
         let paused = ipc_types::world::FLAG_PAUSED;
         still.world.flags &= !paused;
         if !self.clock.plays {
@@ -128,15 +129,18 @@ impl<F: Film> Player<F> {
         Ok(())
     }
 
-    /// The task's story up to `time_s`: what comes next, or all of it again.
+    /// Sends the task's story up to `time_s`: the next lines, or all of it again.
     fn tell(&mut self, time_s: f64) -> Result<(), String> {
         match self.shown_s {
+            // Forward by a little: the lines between; anything else is a jump.
             Some(shown_s) if (shown_s..shown_s + LEAP_S).contains(&time_s) => {
                 for line in self.film.trace(shown_s, time_s)? {
                     self.hub.take_line(&line);
                 }
             }
             _ => {
+                // Log and pictures apart: the log reaches far back, pictures only need the last
+                // seconds.
                 let mut story = Story::default();
                 for line in self.film.log_until(time_s, KEPT_LINES)? {
                     story.take(&line);

@@ -24,12 +24,12 @@ use crate::page::command::Names;
 use crate::scene;
 use crate::scrub::{OpenPast, Past};
 
-/// Configuration that cannot be used.
+/// Invalid configuration.
 const EXIT_CONFIGURATION: u8 = 3;
-/// 60 frames a second.
+/// Period of the frames: 60 a second.
 const FRAME_NS: u64 = 16_666_667;
 
-/// Why a recording cannot be shown.
+/// Reasons why a recording cannot be shown.
 #[derive(Debug, thiserror::Error)]
 pub enum ReplayError {
     /// The arguments.
@@ -54,7 +54,7 @@ pub fn main(arguments: impl Iterator<Item = String>) -> ExitCode {
     match run(arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            // `robocell replay` says no more.
+            // `robocell replay` prints nothing else.
             writeln!(std::io::stderr(), "robocell: {error}").ok();
             ExitCode::from(EXIT_CONFIGURATION)
         }
@@ -62,6 +62,8 @@ pub fn main(arguments: impl Iterator<Item = String>) -> ExitCode {
 }
 
 fn run(arguments: impl Iterator<Item = String>) -> Result<(), ReplayError> {
+    // As for the processes of a cell: private files, a handler before the parent's death
+    // signal.
     process::private_umask();
     signal::install_stop_handler()?;
     let parent = process::parent_pid();
@@ -77,6 +79,7 @@ fn run(arguments: impl Iterator<Item = String>) -> Result<(), ReplayError> {
     let address = args.address;
     let mut player = player(film, hub.clone());
     thread::scope(|scope| {
+        // On its own thread: reading all of a long recording takes seconds.
         let (file, shown) = (&args.file, &hub);
         thread::Builder::new()
             .name("lanes".to_owned())
@@ -92,6 +95,7 @@ fn run(arguments: impl Iterator<Item = String>) -> Result<(), ReplayError> {
                 player.obey(order);
             }
             player.turn(began.elapsed().as_secs_f64());
+            // Without a page a replay has no purpose, unlike a monitor.
             if let Some(note) = trouble.note() {
                 return Err(ReplayError::Port(note));
             }
@@ -120,6 +124,7 @@ fn prepare(args: &ReplayArgs, film: &Recording, desk: ReplayDesk) -> Result<Prep
     let page = PageSpec {
         address: args.address,
         host: args.host.clone(),
+        // Nothing can be loaded or restarted in a recording.
         dist: args.dist.clone(),
         hint: args.hint.clone(),
         secrets: args.secrets.clone(),
@@ -127,6 +132,7 @@ fn prepare(args: &ReplayArgs, film: &Recording, desk: ReplayDesk) -> Result<Prep
     let hub = Hub::new(hello, with_meshes(film.scene().clone()));
     let (file, fingers) = (args.file.clone(), scene::fingers_of(film.scene()));
     let objects = names.objects.clone();
+    // Each page that shows another time has its own reader.
     let open = move || {
         let film = Recording::open(&file).map_err(|error| error.to_string())?;
         let unheard = Box::new(|_| None);
@@ -142,9 +148,9 @@ fn prepare(args: &ReplayArgs, film: &Recording, desk: ReplayDesk) -> Result<Prep
     )?)
 }
 
-/// Reads what lasted from when to when, while the page shows the beginning.
+/// Reads the lanes of the timeline, while the page shows the start.
 fn show_lanes(file: &Path, hub: &Hub) {
-    // One that cannot be read is said by the player.
+    // A recording that cannot be read is reported by the player.
     if let Ok(mut film) = Recording::open(file) {
         let arms = scene::arm_names(film.scene());
         let objects = scene::object_names(film.scene());
@@ -164,7 +170,7 @@ fn player(film: Recording, hub: Arc<Hub>) -> Player<Recording> {
     Player::new(film, hub, fingers, objects, policy)
 }
 
-/// The meshes are those of this machine, not of the one it was recorded on.
+/// Meshes are those of this machine, not of the one that recorded.
 fn with_meshes(mut told: Value) -> Value {
     let meshes = live::meshes();
     for arm in told["arms"].as_array_mut().into_iter().flatten() {

@@ -1,14 +1,15 @@
-//! How the task's pictures stood, every few seconds of what was heard: from there
-//! the trace in a recording leads to any moment. Values are told only when they
-//! change, so a piece of the trace alone would not do.
+//! Statuses of the task's pictures every few seconds: from there the trace in a recording leads
+//! to any moment. Values are sent only when they change, so a piece of the trace alone is not
+//! enough.
 
 use std::collections::VecDeque;
 
 use super::Story;
 
-/// Simulated time between two that are kept (s).
+/// Simulated time between two entries (s).
+// Bounds the trace that is read for one moment of the past.
 const SPACING_S: f64 = 5.0;
-/// As many reach as far back as the flight recorder does: about ten minutes.
+/// Together as long as the flight recorder's ring: about ten minutes.
 const KEPT: usize = 128;
 
 /// Pictures by simulated time.
@@ -19,11 +20,12 @@ pub struct History {
 }
 
 impl History {
-    /// Says that a line of `time_s` comes next, and what is known before it.
+    /// Announces a line of `time_s`; `story` is the state before it.
     pub fn next(&mut self, time_s: f64, story: &Story) {
         if time_s < self.heard_s {
             // Physics was restarted: it resumed at an earlier time.
             self.kept.retain(|(at, _)| *at <= time_s);
+        // Between two times only: a story in the middle of a tick is incomplete.
         } else if time_s > self.heard_s {
             let last_s = self.kept.back().map_or(f64::NEG_INFINITY, |(at, _)| *at);
             if self.heard_s >= last_s + SPACING_S {
@@ -36,7 +38,7 @@ impl History {
         self.heard_s = time_s;
     }
 
-    /// The newest that is not after `time_s`, and when it was.
+    /// The newest entry not after `time_s`, with its time.
     pub fn before(&self, time_s: f64) -> Option<(f64, Story)> {
         let found = self.kept.iter().rev().find(|(at, _)| *at <= time_s);
         found.cloned()

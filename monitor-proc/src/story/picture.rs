@@ -16,23 +16,25 @@ pub(super) struct Picture {
     pub(super) left: Option<usize>,
     pub(super) keys: BTreeMap<String, String>,
     pub(super) guards: BTreeMap<String, bool>,
-    /// Simulated time at which each guard was told last (s).
+    /// Simulated time at which each guard was sent last (s).
     pub(super) guards_told_s: BTreeMap<String, f64>,
 }
 
 impl Picture {
-    /// What it is a picture of: a tree has no edges, and the names of the nodes
-    /// of the others tell which.
+    /// Kind of the picture: a tree has no edges, and the kinds of the nodes distinguish the
+    /// others.
     fn kind(&self) -> &'static str {
         let is = |kind: &str| self.nodes.iter().any(|node| node.kind == kind);
         match () {
             () if is("phase") => "code",
+            // Only nodes of a matrix have details with a colon.
             () if is("state") && self.nodes.iter().any(|n| n.detail.contains(": ")) => "matrix",
             () if is("state") => "machine",
             () => "tree",
         }
     }
 
+    // Nodes arrive one per line: a picture with gaps would be drawn with wrong parents.
     pub(super) fn is_whole(&self) -> bool {
         self.nodes.iter().all(|node| !node.id.is_empty())
     }
@@ -41,15 +43,15 @@ impl Picture {
         json!({ "name": self.name, "kind": self.kind(), "nodes": self.nodes, "edges": self.edges })
     }
 
-    /// The edge that was taken for `reason`, the trigger or event of its label; one
-    /// that is not in the picture where no row led this way.
+    /// The edge taken for `reason`, the trigger or event of its label; a new one if no row
+    /// leads this way.
     pub(super) fn way(&self, from: usize, to: usize, reason: &str) -> GraphEdge {
         let mut rows = self.edges.iter().filter(|e| e.from == from && e.to == to);
         let mut fired = rows.clone().filter(|e| trigger(&e.label) == reason);
-        // Rows of one trigger differ in their guards, which were told before.
+        // Rows of one trigger differ in their guards, which were sent before.
         let known = fired.clone().find(|e| self.holds(&e.label));
         let known = known.or_else(|| fired.next());
-        // A picture of code names no trigger.
+        // A picture of code has no triggers.
         let tells = !reason.is_empty() && self.kind() != "code";
         let known = known.or_else(|| rows.next().filter(|_| !tells));
         known.cloned().unwrap_or_else(|| GraphEdge {
@@ -59,8 +61,8 @@ impl Picture {
         })
     }
 
-    /// Whether all guards of a label, `trigger [one, not other]`, held when they
-    /// were asked last.
+    /// Whether all guards of a label, `trigger [one, not other]`, held at their last
+    /// evaluation.
     fn holds(&self, label: &str) -> bool {
         let guards = label.split_once(" [").map_or("", |(_, guards)| guards);
         let guards = guards.split(']').next().unwrap_or_default();

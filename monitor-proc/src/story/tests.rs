@@ -42,7 +42,7 @@ fn a_machine_shows_the_way_it_took() {
     assert!(story.news().is_empty());
 }
 
-/// A machine with four ways from one state to the other.
+/// A machine with four edges from one state to the other.
 fn doors() -> Story {
     let mut story = machine();
     for label in ["pull [locked, not bent]", "pull [not locked]", "kick"] {
@@ -52,7 +52,7 @@ fn doors() -> Story {
     story
 }
 
-/// Guards that were asked, and whether they held.
+/// Guards that were evaluated, and their results.
 type Asked<'a> = &'a [(&'a str, u32)];
 
 #[test]
@@ -66,7 +66,7 @@ fn of_rows_that_lead_the_same_way_the_one_that_fired_is_named() {
         ),
         ("pull", &[("locked", 0)], "pull [not locked]"),
         ("push", &[], "push"),
-        // No row of the table: what was seen left no other state.
+        // No row of the table: the state that was left is not known.
         ("lost", &[], "lost"),
     ];
     for (reason, guards, label) in cases {

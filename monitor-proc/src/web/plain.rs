@@ -1,4 +1,4 @@
-//! Pages in plain HTML, for people who do not get the page itself.
+//! Pages in plain HTML, where the page itself is missing or refused.
 
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};

@@ -310,7 +310,7 @@ async fn websocket(
         return plain::line(StatusCode::SERVICE_UNAVAILABLE, "too many pages are open\n");
     };
     socket::limit(upgrade).on_upgrade(move |socket| async move {
-        // A websocket has pings of its own interval.
+        // A websocket is tested by pings instead.
         idle.switch_off();
         socket::serve(socket, served, role).await;
         drop(place);

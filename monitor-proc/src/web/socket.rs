@@ -310,7 +310,7 @@ impl Reader {
     }
 
     async fn order(&mut self, id: u64, order: Order, said: &str) {
-        // Checked here for every order, whatever its kind: viewers only look.
+        // Checked here for orders of every kind: viewers only look.
         if self.role < Role::Operator {
             let why = "this page may only look; give it the operator's token";
             return self.refuse(id, why).await;

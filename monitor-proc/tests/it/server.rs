@@ -1,4 +1,4 @@
-//! Who the server of the page lets in, and what for.
+//! Access to the server of the page, and its limits.
 
 use crate::server_bench;
 
@@ -253,7 +253,7 @@ fn an_oversized_message_closes_its_sender_alone() {
         "x".repeat(60_000)
     );
     assert!(ask(&mut sender, &fits)["ok"].as_bool().unwrap());
-    // It may be closed before all is written.
+    // It may be closed before everything is written.
     let _sent = sender.send(Message::text("x".repeat(70_000)));
     assert!(matches!(
         last_word(&mut sender).as_deref(),
@@ -314,7 +314,7 @@ fn a_thousand_connections_are_survived() {
             .as_bool()
             .unwrap()
     );
-    // Those that are closed for a newer one are told why.
+    // Those closed for a newer one get the reason.
     let busy = idle.into_iter().filter(|stream| {
         let mut answer = String::new();
         let mut stream = stream;
@@ -352,7 +352,7 @@ fn the_link_of_an_operator_works_once_and_the_next_one_is_in_the_file() {
     let ours = format!("Origin: http://{}\r\n", bench.host());
     assert_eq!(status(&bench.post("/api/token", &ours, &body)), 403);
     assert_eq!(bench.socket(OPERATOR).err(), Some(403));
-    // The browser that has the cookie opens its bookmark.
+    // The browser with the cookie opens its bookmark.
     let cookie = format!(
         "Cookie: robocell_{}={}\r\n",
         bench.address.port(),

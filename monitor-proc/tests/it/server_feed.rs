@@ -1,4 +1,4 @@
-//! What a page is told, and how its commands are taken.
+//! Messages to a page, and its commands.
 
 use crate::server_bench;
 
@@ -211,7 +211,7 @@ fn one_page_looks_back_while_another_sees_what_is_live() {
         r#"{"id": 1, "do": "seek", "time_s": 2.5}"#,
     ))
     .unwrap();
-    // What is live is shown until the past is there; what was said then comes with it.
+    // The present is shown until the past is available; its messages follow with it.
     assert_eq!(text(&mut back, "past")["time_s"], 2.5);
     assert_eq!(frame(&mut back), b"past 2.5");
     bench.hub.frame(b"live 2".to_vec());

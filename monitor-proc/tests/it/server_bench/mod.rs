@@ -35,7 +35,7 @@ const PATIENCE: Duration = Duration::from_secs(20);
 
 pub type Socket = WebSocket<TcpStream>;
 
-/// Remembers what it was asked, and says yes.
+/// Remembers its requests, and accepts them.
 #[derive(Default)]
 pub struct FakeDesk(pub Mutex<Vec<(Order, String)>>);
 
@@ -52,7 +52,7 @@ impl Desk for FakeDesk {
     }
 }
 
-/// A recording of ten seconds; its frames say their time.
+/// A recording of ten seconds; its frames contain their time.
 struct FakePast;
 
 impl Past for FakePast {
@@ -175,7 +175,7 @@ impl Bench {
         stream
     }
 
-    /// Sends `head` and `body` as they are; the whole answer.
+    /// Sends `head` and `body` unchanged; returns the whole answer.
     pub fn raw(&self, head: &str, body: &str) -> String {
         let mut stream = self.connect();
         let length = body.len();
@@ -204,7 +204,7 @@ impl Bench {
         self.raw(&head, body)
     }
 
-    /// The cookie line a token is exchanged for.
+    /// The cookie line for a token.
     pub fn cookie(&self, token: &str) -> String {
         let answer = self.get(&format!("/?token={token}"), "");
         let line = answer
@@ -215,7 +215,7 @@ impl Bench {
         format!("Cookie: {pair}\r\n")
     }
 
-    /// Opens a websocket as a program does, or says which status refused it.
+    /// Opens a websocket like a program, or returns the status of the refusal.
     pub fn socket(&self, token: &str) -> Result<Socket, u16> {
         self.upgrade(&[("authorization", &format!("Bearer {token}"))])
     }
@@ -298,7 +298,7 @@ pub fn ask(socket: &mut Socket, command: &str) -> Value {
     }
 }
 
-/// Reads to the end: the last word, if there was one.
+/// Reads to the end; returns the closing message, if there was one.
 pub fn last_word(socket: &mut Socket) -> Option<String> {
     let mut word = None;
     while let Ok(message) = socket.read() {
