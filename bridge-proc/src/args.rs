@@ -7,9 +7,11 @@ use clap::Parser;
 
 use crate::endpoints::Stream;
 
-/// Where viewers connect to.
+/// Default endpoint of viewers.
+// Local only: another machine is a decision of the user.
 pub const VIEW_ENDPOINT: &str = "tcp/127.0.0.1:7447";
-/// Where those who may command connect to.
+/// Default endpoint of clients that may command.
+// A port of its session: zenoh authenticates links, not messages (ADR 0024).
 pub const CONTROL_ENDPOINT: &str = "tcp/127.0.0.1:7448";
 
 /// Republish a running cell over zenoh, for ROS 2 (`rmw_zenoh`).
@@ -46,14 +48,16 @@ pub struct Args {
 }
 
 impl Args {
-    /// Rates that are asked for, by stream (1/s).
+    /// Requested rates by stream (1/s).
     pub fn rates(&self) -> BTreeMap<Stream, f64> {
         let defaults = Stream::ALL.into_iter().map(|s| (s, s.default_rate()));
+        // The defaults first: a rate of the command line replaces them.
         defaults.chain(self.rates.iter().copied()).collect()
     }
 
     /// Endpoints that viewers connect to.
     pub fn view_endpoints(&self) -> Vec<String> {
+        // With `--connect` alone the user wants an outgoing connection only.
         if self.listen.is_empty() && self.connect.is_empty() {
             return vec![VIEW_ENDPOINT.to_owned()];
         }
@@ -61,7 +65,8 @@ impl Args {
     }
 }
 
-/// Rates that are possible (1/s); physics makes 1000 states a second.
+/// Possible rates (1/s); physics publishes 1000 states a second.
+// The lower end keeps a period within a number of nanoseconds that cannot overflow.
 const RATES: std::ops::RangeInclusive<f64> = 0.1..=1000.0;
 
 fn rate(text: &str) -> Result<(Stream, f64), String> {
@@ -80,12 +85,13 @@ fn rate(text: &str) -> Result<(Stream, f64), String> {
     ))
 }
 
-/// As ROS names namespaces: `/` and words of letters, digits and `_`.
+/// Checks a namespace by the rules of ROS: `/` and words of letters, digits and `_`.
 fn namespace(text: &str) -> Result<String, String> {
     let is_word = |word: &str| {
         let plain = |c: char| c.is_ascii_alphanumeric() || c == '_';
         word.chars().all(plain) && word.chars().next().is_some_and(|c| !c.is_ascii_digit())
     };
+    // `/line1/` and `/line1` are the same for people.
     let trimmed = text.trim_end_matches('/');
     let words = trimmed
         .strip_prefix('/')

@@ -1,4 +1,8 @@
 //! The loop between a cell and the network.
+//!
+//! Cell and network may come and go independently: the bridge waits for a cell, serves it until
+//! its launcher ends or starts another run, and waits again. Nothing in the loop waits for a
+//! client, and a state that is no longer updated is not published.
 
 use std::time::Duration;
 
@@ -17,14 +21,16 @@ use crate::ros::messages::TriggerResponse;
 use crate::transport::{Arrived, Transport, TransportError};
 use crate::zenoh_link::ZenohLink;
 
-/// Longest time between two looks for commands and events.
+/// Longest time between two reads of commands and events.
+// A twentieth of a second would be felt when dragging; 5 ms costs little.
 const LOOK_NS: u64 = 5_000_000;
-/// Time between two looks whether the cell still runs, or runs again.
+/// Interval of the check whether the cell is running, or running again.
+// The check reads a file.
 const CELL_NS: u64 = 500_000_000;
-/// A state that is older is not published: physics does not run.
+/// A state older than this is not published: physics is not running.
 const STALE_NS: u64 = 1_000_000_000;
 
-/// Why the bridge ends.
+/// Reasons why the bridge ends.
 #[derive(Debug, Error)]
 pub enum BridgeError {
     /// The network.
@@ -35,10 +41,10 @@ pub enum BridgeError {
     Signals(#[from] std::io::Error),
 }
 
-/// Bridges the cell that `args` name until a signal asks to stop, over all of its runs.
+/// Bridges the cell named by `args` until a signal requests the end, over all of its runs.
 ///
 /// # Errors
-/// Where the network cannot be used.
+/// If the network cannot be used.
 pub fn run(args: &Args) -> Result<(), BridgeError> {
     signal::install_stop_handler()?;
     let mut link = ZenohLink::open(args)?;
@@ -51,12 +57,14 @@ pub fn run(args: &Args) -> Result<(), BridgeError> {
             "clients with the token connect to {endpoint} as user `control`"
         ));
     }
+    // Each reason is logged once, not twice a second.
     let mut said = String::new();
     while !signal::stop_requested() {
         match Joined::of(&args.cell) {
             Ok(cell) => {
                 said.clear();
                 bridge(cell, args, &mut link)?;
+                // Clients must not call services of a cell that has ended.
                 link.offer(&[], &[])?;
             }
             Err(error) => wait_for_cell(&error, &mut said),
@@ -65,7 +73,7 @@ pub fn run(args: &Args) -> Result<(), BridgeError> {
     Ok(())
 }
 
-/// Says once why there is no cell, and waits.
+/// Logs once why there is no cell, and waits.
 fn wait_for_cell(error: &JoinError, said: &mut String) {
     let text = error.to_string();
     if text != *said {
@@ -75,12 +83,13 @@ fn wait_for_cell(error: &JoinError, said: &mut String) {
     sleep_until(monotonic_ns() + CELL_NS);
 }
 
-/// Bridges one run of a cell, until it is over.
+/// Bridges one run of a cell until it ends.
 fn bridge(
     mut joined: Joined,
     args: &Args,
     link: &mut impl Transport,
 ) -> Result<(), TransportError> {
+    // A copy: messages borrow the cell while the bus is read.
     let cell = joined.cell.clone();
     let commands = endpoints::commands(&cell);
     let outgoing = Outgoing::new(&cell);
@@ -95,6 +104,8 @@ fn bridge(
     while !signal::stop_requested() {
         let now_ns = monotonic_ns();
         if now_ns >= next_check_ns {
+            // Checked here and not by silence: a paused or restarting physics is silent as
+            // well.
             if joined.is_over() {
                 log::line(format_args!("cell `{}` has ended", args.cell));
                 break;
@@ -108,23 +119,27 @@ fn bridge(
             }
             next_check_ns = now_ns + CELL_NS;
         }
+        // Events are published as they are read, so that none is skipped by a rate.
         joined.refresh(|line| {
             if let Some(Ok(event)) = outgoing::event(line).map(|event| ros::encode(&event)) {
                 link.publish(Stream::Events, &event, wall_of(line.header.publish_ns));
             }
         });
+        // States before commands: the answer to a command must not overtake the state before
+        // it.
         publish_due(&joined, &outgoing, &mut schedule, link, now_ns);
         while let Some(arrived) = link.next_command() {
             if let Some(command) = commands.get(arrived.index) {
                 answer(&mut joined, command, arrived, args.control.is_some());
             }
         }
+        // At most until the next stream is due.
         sleep_until(schedule.next_ns().min(now_ns + LOOK_NS));
     }
     Ok(())
 }
 
-/// Publishes the streams whose time has come.
+/// Publishes the streams that are due.
 fn publish_due(
     joined: &Joined,
     outgoing: &Outgoing<'_>,
@@ -138,6 +153,7 @@ fn publish_due(
     let is_stale = now_ns.saturating_sub(world.header.publish_ns) > STALE_NS;
     let source_ns = wall_of(world.header.publish_ns);
     for stream in schedule.due(now_ns) {
+        // Due all the same, so that the schedule does not fall behind.
         if is_stale {
             continue;
         }
@@ -148,9 +164,10 @@ fn publish_due(
     }
 }
 
-/// Does what a client asks for, or refuses it; both are in the log.
+/// Executes a command of a client, or refuses it; both are logged.
 fn answer(joined: &mut Joined, command: &NamedCommand, arrived: Arrived, has_control: bool) {
     let name = &command.name;
+    // Checked by the session of the message, not by its content.
     let done = if arrived.may_command {
         ask(joined, command, &arrived)
     } else if has_control {
@@ -164,6 +181,7 @@ fn answer(joined: &mut Joined, command: &NamedCommand, arrived: Arrived, has_con
     }
     if let Some(reply) = arrived.reply {
         let response = TriggerResponse {
+            // Also a refusal is answered: a client of a service waits for it.
             success: done.is_ok(),
             message: done.map_or_else(|reason| reason, |time_s| format!("at {time_s:.3} s")),
         };
@@ -174,7 +192,7 @@ fn answer(joined: &mut Joined, command: &NamedCommand, arrived: Arrived, has_con
 }
 
 fn ask(joined: &mut Joined, command: &NamedCommand, arrived: &Arrived) -> Result<f64, String> {
-    // The state that the age of a target is judged by.
+    // The age of a target is compared with this state.
     joined.refresh(|_| {});
     let world = joined.world().ok_or("physics has published no state yet")?;
     let now = Situation {
@@ -186,7 +204,7 @@ fn ask(joined: &mut Joined, command: &NamedCommand, arrived: &Arrived) -> Result
     joined.ask(request)
 }
 
-/// When which stream is due.
+/// Due times of the streams.
 struct Schedule(Vec<Due>);
 
 struct Due {
@@ -197,6 +215,7 @@ struct Due {
 
 impl Schedule {
     fn new(args: &Args, now_ns: u64) -> Self {
+        // A rate of 0 switches a stream off.
         let with_rate = args.rates().into_iter().filter(|(_, rate)| *rate > 0.0);
         let due = |(stream, rate): (Stream, f64)| {
             let period = Duration::from_secs_f64(1.0 / rate);
@@ -223,11 +242,12 @@ impl Schedule {
             .unwrap_or(u64::MAX)
     }
 
-    /// Those that are due; periods that were missed are left out.
+    /// The streams that are due; missed periods are skipped.
     fn due(&mut self, now_ns: u64) -> Vec<Stream> {
         let mut streams = Vec::new();
         for due in self.0.iter_mut().filter(|due| due.next_ns <= now_ns) {
             streams.push(due.stream);
+            // Whole periods, so that the phase of the stream stays.
             let missed = (now_ns - due.next_ns) / due.period_ns;
             due.next_ns += (missed + 1) * due.period_ns;
         }

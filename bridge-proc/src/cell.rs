@@ -1,4 +1,4 @@
-//! A running cell, joined like the monitor does: as a reader, and as one who asks.
+//! A running cell, joined like the monitor does: as a reader, and as an operator.
 
 use std::time::Duration;
 
@@ -11,16 +11,17 @@ use ipc_types::{Decision, OperatorRequest, TraceLine, WorldState};
 use launch::rundir::RunDir;
 use thiserror::Error;
 
-/// How long physics may take to answer.
+/// Time limit for an answer of physics.
+// Longer than a restart of physics may take; the client waits as long.
 const PATIENCE: Duration = Duration::from_millis(500);
 
-/// Why a cell cannot be joined.
+/// Reasons why a cell cannot be joined.
 #[derive(Debug, Error)]
 pub enum JoinError {
-    /// Nothing of this name runs.
+    /// No cell of this name is running.
     #[error("cell `{0}` is not running; start it with `robocell run DEMO --cell {0}`")]
     NotRunning(String),
-    /// What the launcher says of the run.
+    /// The run file.
     #[error(transparent)]
     Spec(#[from] RunSpecError),
     /// Its files.
@@ -31,9 +32,9 @@ pub enum JoinError {
     Bus(#[from] BusError),
 }
 
-/// A run of a cell.
+/// A joined run of a cell.
 pub struct Joined {
-    /// What it was started with.
+    /// Its run file.
     pub spec: RunSpec,
     /// The cell.
     pub cell: Cell,
@@ -43,7 +44,7 @@ pub struct Joined {
     decision: Latest<Decision>,
     trace: Subscriber<TraceLine>,
     operator: OperatorClient,
-    // Last: its ports are dropped before it.
+    // Last: ports are dropped before their bus.
     _bus: Bus,
 }
 
@@ -51,9 +52,10 @@ impl Joined {
     /// Joins the running cell of this name.
     ///
     /// # Errors
-    /// [`JoinError`] where it does not run or its files cannot be read.
+    /// [`JoinError`] if it is not running or its files cannot be read.
     pub fn of(name: &str) -> Result<Self, JoinError> {
         let dir = RunDir::of(name);
+        // The lock's holder is the launcher; without one, files are leftovers.
         let holder = dir.holder();
         let holder = holder.ok_or_else(|| JoinError::NotRunning(name.to_owned()))?;
         let spec = RunSpec::load(&dir.spec())?;
@@ -62,6 +64,7 @@ impl Joined {
             root: spec.root.clone(),
             prefix: spec.prefix.clone(),
         };
+        // Generation 1: the bridge publishes nothing that a successor would have to replace.
         let bus = Bus::join(&site, spec.run, 1, "bridge")?;
         Ok(Self {
             world: bus.latest(TopicId::WorldState)?,
@@ -76,37 +79,38 @@ impl Joined {
         })
     }
 
-    /// Whether its launcher is gone, or has started another run.
+    /// Whether its launcher has ended, or started another run.
     pub fn is_over(&self) -> bool {
         let same = self
             .dir
             .holder()
             .is_some_and(|holder| holder.pid == self.launcher);
+        // A run file that is just being replaced cannot be read; then the next look decides.
         let run = RunSpec::load(&self.dir.spec()).map(|spec| spec.run);
         !same || run.is_ok_and(|run| run != self.spec.run)
     }
 
-    /// Looks for newer messages; lines of the task are handed to `line`.
+    /// Reads newer messages; lines of the task are passed to `line`.
     pub fn refresh(&mut self, line: impl FnMut(&TraceLine)) {
         self.world.refresh();
         self.decision.refresh();
         self.trace.take_all(line);
     }
 
-    /// The newest state, once there is one.
+    /// The newest state; `None` before the first.
     pub fn world(&self) -> Option<&WorldState> {
         self.world.get()
     }
 
-    /// The newest decision of the task, once there is one.
+    /// The newest decision of the task; `None` before the first.
     pub fn decision(&self) -> Option<&Decision> {
         self.decision.get()
     }
 
-    /// Asks physics; the simulated time at which it takes effect (s).
+    /// Sends a request to physics; returns the simulated time at which it takes effect (s).
     ///
     /// # Errors
-    /// Why it is refused.
+    /// The reason of a refusal.
     pub fn ask(&mut self, request: OperatorRequest) -> Result<f64, String> {
         let reply = self.operator.request(request, PATIENCE);
         let reply = reply.map_err(|error| error.to_string())?;

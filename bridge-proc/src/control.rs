@@ -1,4 +1,8 @@
-//! What clients ask for: a message in, a request to physics out, or why it is refused.
+//! Commands of clients: a message in, a request to physics or the reason of a refusal out.
+//!
+//! The network can hold a message back: TCP delivers after a cut of the link what was sent
+//! meanwhile, and without the check of its age an arm followed targets that were 5 s old
+//! (ADR 0024). So a target needs a time, by the clock of the cell or by that of the sender.
 
 use ipc_types::operator::OperatorAction;
 use ipc_types::{OperatorRequest, Pose, WorldState};
@@ -8,14 +12,16 @@ use crate::ros::attachment::Attachment;
 use crate::ros::decode;
 use crate::ros::messages::PoseStamped;
 
-/// A target that is older than this is not followed (ns): the network may have held it back.
+/// A target older than this is refused (ns): the network may have held it back.
+// A person who drags sends many a second, so an older one is never the newest wish.
 pub const MOST_AGE_NS: i64 = 1_000_000_000;
-/// The policy that leads an arm where an operator points.
+/// The policy that moves an arm to the operator's target.
 const FOLLOWS: &str = "follow";
-/// A quaternion may be this far from a unit; it is normalised.
+/// A quaternion may deviate by this much from a unit; it is normalised.
+// Single precision and rounding of a client; a larger error is another quantity.
 const NEAR_UNIT: f64 = 1.0e-3;
 
-/// What is known when a command arrives.
+/// State of the cell when a command arrives.
 #[derive(Clone, Copy, Debug)]
 pub struct Situation<'a> {
     /// The newest state.
@@ -26,10 +32,10 @@ pub struct Situation<'a> {
     pub wall_ns: i64,
 }
 
-/// The request that does `command`, of a message that came as `payload` and `attachment`.
+/// The request for `command`, of a message received as `payload` and `attachment`.
 ///
 /// # Errors
-/// Why it is refused.
+/// The reason of the refusal.
 pub fn request(
     command: Command,
     payload: &[u8],
@@ -40,6 +46,8 @@ pub fn request(
         Command::Target { arm } => {
             let message: PoseStamped =
                 decode(payload).ok_or("the message is no geometry_msgs/msg/PoseStamped in CDR")?;
+            // The age first: an old target must be named as old, whatever else is wrong with
+            // it.
             check_age(&message, attachment, now)?;
             must_lead(now)?;
             Ok(OperatorRequest {
@@ -67,7 +75,7 @@ fn of(action: OperatorAction) -> OperatorRequest {
     }
 }
 
-/// The task leads the arm: it would not hear a target.
+/// While the task moves the arm it ignores targets; the client must be told.
 fn must_lead(now: &Situation<'_>) -> Result<(), String> {
     if now.world.panel.task_paused == 0 && now.policy != FOLLOWS {
         return Err("the task leads the arm; call /task/pause first".to_owned());
@@ -75,7 +83,7 @@ fn must_lead(now: &Situation<'_>) -> Result<(), String> {
     Ok(())
 }
 
-/// A target without a stamp is as old as its attachment says.
+/// A target without a stamp has the age of its attachment.
 fn check_age(
     message: &PoseStamped,
     attachment: Option<Attachment>,
@@ -83,12 +91,14 @@ fn check_age(
 ) -> Result<(), String> {
     let stamp_ns = message.header.stamp.ns();
     let sim_ns = i64::try_from(now.world.header.sim_time_ns).unwrap_or(i64::MAX);
+    // ROS uses a stamp of zero for "none".
     let (age_ns, clock) = if stamp_ns != 0 {
         (sim_ns.saturating_sub(stamp_ns), "/clock")
     } else {
         let sent = attachment.ok_or("it has neither a stamp nor an attachment of rmw_zenoh")?;
         (now.wall_ns.saturating_sub(sent.source_ns), "this host")
     };
+    // Also from the future: then the clocks differ, and the age means nothing.
     if age_ns.saturating_abs() <= MOST_AGE_NS {
         return Ok(());
     }
@@ -99,9 +109,10 @@ fn check_age(
     ))
 }
 
-/// Its pose in the world frame.
+/// The message's pose, in the world frame.
 fn pose(message: &PoseStamped) -> Result<Pose, String> {
     let frame = message.header.frame_id.as_str();
+    // An empty frame is taken for the world, as many tools leave it out.
     if !["", crate::outgoing::WORLD].contains(&frame) {
         return Err(format!("frame_id is \"{frame}\"; \"world\" is allowed"));
     }

@@ -1,4 +1,4 @@
-//! What a cell offers on the network: streams, and commands.
+//! Endpoints of a cell on the network: streams, and commands.
 
 use cell_model::Cell;
 use ipc_types::GripperGoal;
@@ -6,7 +6,7 @@ use ipc_types::operator::OperatorAction;
 
 use crate::ros::types::{self, RosType};
 
-/// Something that is published again and again.
+/// A message that is published repeatedly.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Stream {
     /// `/joint_states`.
@@ -19,12 +19,12 @@ pub enum Stream {
     Markers,
     /// `/robocell/state`: JSON, for programs without ROS.
     State,
-    /// `/robocell/events`: JSON lines, as the task says them.
+    /// `/robocell/events`: JSON lines of the task's trace.
     Events,
 }
 
 impl Stream {
-    /// Those that have a rate.
+    /// The streams with a rate.
     pub const ALL: [Self; 5] = [
         Self::JointStates,
         Self::Transforms,
@@ -33,7 +33,7 @@ impl Stream {
         Self::State,
     ];
 
-    /// Name on the command line.
+    /// Name of the stream on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::JointStates => "joint_states",
@@ -45,7 +45,7 @@ impl Stream {
         }
     }
 
-    /// Rate where none is asked for (1/s).
+    /// Rate by default (1/s).
     pub fn default_rate(self) -> f64 {
         match self {
             Self::JointStates | Self::Clock => 100.0,
@@ -80,7 +80,7 @@ impl Stream {
     }
 }
 
-/// Something that a client with the token can ask for.
+/// A command that a client with the token can send.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command {
     /// Topic: lead the tool of an arm to a pose.
@@ -92,7 +92,7 @@ pub enum Command {
     Gripper {
         /// By place in the cell file.
         arm: u32,
-        /// Which.
+        /// Goal of the gripper.
         goal: GripperGoal,
     },
     /// Service: start, pause, resume or reset the task.
@@ -104,12 +104,12 @@ pub enum Command {
 pub struct NamedCommand {
     /// `/target_pose`.
     pub name: String,
-    /// What it is.
+    /// The command.
     pub command: Command,
 }
 
 impl NamedCommand {
-    /// Whether it is a service, and no topic.
+    /// Whether it is a service, not a topic.
     pub fn is_service(&self) -> bool {
         !matches!(self.command, Command::Target { .. })
     }
@@ -124,7 +124,7 @@ impl NamedCommand {
     }
 }
 
-/// All commands of a cell. Those of an arm begin with its name where there are several.
+/// All commands of a cell. With several arms, those of an arm start with its name.
 pub fn commands(cell: &Cell) -> Vec<NamedCommand> {
     let task = [
         ("/task/start", OperatorAction::TaskStart),
@@ -152,11 +152,12 @@ pub fn commands(cell: &Cell) -> Vec<NamedCommand> {
     of_task.into_iter().chain(of_arms).collect()
 }
 
-/// What names of an arm begin with: nothing where there is one arm.
+/// Prefix of the names of an arm: empty for a single arm.
 pub fn arm_prefix(cell: &Cell, arm: &str) -> String {
     if cell.arms.len() < 2 {
         return String::new();
     }
+    // Names of ROS allow nothing else.
     let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
     format!("{}/", arm.chars().map(plain).collect::<String>())
 }

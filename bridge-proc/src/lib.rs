@@ -1,5 +1,5 @@
-//! A running cell on the network: joins the cell like the monitor, and republishes its state
-//! over zenoh, as ROS 2 messages in the way of `rmw_zenoh`. See docs/network.md.
+//! Republishes a running cell on the network: joins the cell like the monitor, and publishes
+//! its state over zenoh, as ROS 2 messages in the format of `rmw_zenoh`. See docs/network.md.
 //!
 //! [`outgoing`] and [`control`] are pure: states in, messages or requests out. [`cell`] joins
 //! the bus, [`transport`] is the network, and [`bridge`] is the loop between both.

@@ -2,8 +2,8 @@
 
 use std::io::Write as _;
 
-/// A line in the log. Where it cannot be written it is lost: `eprintln!` would end the
-/// process.
+/// Writes a line to the log. If the log cannot be written, it is lost: `eprintln!` would panic
+/// and end the process.
 pub fn line(text: impl std::fmt::Display) {
     writeln!(std::io::stderr().lock(), "bridge-proc: {text}").ok();
 }

@@ -1,4 +1,7 @@
-//! What is published: a state of the cell in, messages out.
+//! Outgoing messages: a state of the cell in, messages out. Pure.
+//!
+//! Poses of `/tf` are all in `world`, not in the parent link: a message is complete by itself,
+//! and no reader has to wait for all of a tree (ADR 0024).
 
 use cell_model::{Cell, Shape};
 use ipc_types::decision::Outcome;
@@ -15,10 +18,10 @@ use crate::ros::messages::{
 };
 use crate::ros::{self};
 
-/// The frame that all poses are in.
+/// The frame of all poses.
 pub const WORLD: &str = "world";
 
-/// Makes messages of states of one cell.
+/// Makes messages from states of one cell.
 pub struct Outgoing<'a> {
     cell: &'a Cell,
     /// By arm: prefix of its names.
@@ -26,7 +29,7 @@ pub struct Outgoing<'a> {
 }
 
 impl<'a> Outgoing<'a> {
-    /// Of states of `cell`.
+    /// For states of `cell`.
     pub fn new(cell: &'a Cell) -> Self {
         let prefix = |arm: &cell_model::ArmSpec| arm_prefix(cell, &arm.name);
         Self {
@@ -38,7 +41,7 @@ impl<'a> Outgoing<'a> {
     /// The message of `stream` about `world`, in CDR.
     ///
     /// # Errors
-    /// Where it cannot be encoded.
+    /// If it cannot be encoded.
     pub fn message(
         &self,
         stream: Stream,
@@ -53,7 +56,7 @@ impl<'a> Outgoing<'a> {
             }),
             Stream::Markers => ros::encode(&self.markers(world)),
             Stream::State => ros::encode(&self.state(world, decision)),
-            // Lines of the trace are no part of a state.
+            // Lines of the trace are not part of a state.
             Stream::Events => ros::encode(&Text::default()),
         }
     }
@@ -83,6 +86,7 @@ impl<'a> Outgoing<'a> {
                 message.velocity.push(*velocity);
                 message.effort.push(*effort);
             }
+            // Fingers are not joints of a state: their positions follow from the width.
             let fingers = spec
                 .robot
                 .gripper
@@ -91,7 +95,7 @@ impl<'a> Outgoing<'a> {
             for joint in fingers {
                 let name = spec.robot.chain.joints().get(joint).map_or("", |j| &j.name);
                 message.name.push(format!("{prefix}{name}"));
-                // A finger is half the width away from the middle.
+                // A finger is half the width from the middle.
                 message.position.push(0.5 * state.gripper.width);
                 message.velocity.push(0.5 * state.gripper.width_velocity);
                 message.effort.push(state.gripper.grip_force);
@@ -120,6 +124,7 @@ impl<'a> Outgoing<'a> {
             }
             let links = robot.link_poses(&positions);
             for frame in robot.chain.frames() {
+                // Links are numbered from the base, which no joint moves.
                 let link = links.get(frame.joint.map_or(0, |joint| joint + 1));
                 if let Some(link) = link {
                     let pose = spec.base * link * frame.pose;
@@ -141,6 +146,7 @@ impl<'a> Outgoing<'a> {
         for (id, (spec, state)) in (0..).zip(self.cell.objects.iter().zip(world.objects())) {
             let pose = isometry(&state.pose);
             let mut parts = shapes("object", id, &spec.shape, &pose, spec.colour);
+            // Deleted, not left out: a viewer keeps a marker until it is told otherwise.
             for marker in &mut parts {
                 if !is_there(state) {
                     marker.action = Marker::DELETE;
@@ -157,13 +163,14 @@ impl<'a> Outgoing<'a> {
                 fixture.colour,
             ));
         }
+        // One time for all, so that a viewer shows them as one scene.
         for marker in &mut markers {
             marker.header = header(world, WORLD);
         }
         MarkerArray { markers }
     }
 
-    /// What people look at, for programs without ROS.
+    /// State for people, for programs without ROS.
     pub fn state(&self, world: &WorldState, decision: Option<&Decision>) -> Text {
         let arms = self.arms(world).map(|(spec, _, state)| {
             let count = spec.robot.arm_joints.len().min(state.joint_positions.len());
@@ -205,7 +212,7 @@ impl<'a> Outgoing<'a> {
     }
 }
 
-/// A line of the task as an event; `None` for what only draws pictures.
+/// A line of the task as an event; `None` for a line that draws pictures.
 pub fn event(line: &TraceLine) -> Option<Text> {
     let kind = TraceKind::from_code(line.kind).filter(|kind| kind.is_for_people())?;
     let event = TraceEvent::from_code(line.event).and_then(TraceEvent::name);
@@ -284,6 +291,7 @@ fn shapes(
         b: blue as f32,
         a: 1.0,
     };
+    // One namespace per part: ids must be unique within a namespace.
     let part = |(part, (shape, [x, y, z], at)): (i32, (i32, [f64; 3], Isometry3<f64>))| Marker {
         ns: format!("{kind}/{part}"),
         id,

@@ -1,4 +1,4 @@
-//! The network, as the bridge sees it.
+//! Interface of the bridge to the network.
 
 use std::path::PathBuf;
 
@@ -7,15 +7,15 @@ use thiserror::Error;
 use crate::endpoints::{NamedCommand, Stream};
 use crate::ros::attachment::Attachment;
 
-/// Why the network cannot be used.
+/// Reasons why the network cannot be used.
 #[derive(Debug, Error)]
 pub enum TransportError {
     /// The network library.
     #[error("cannot {what}: {reason}")]
     Network {
-        /// What it was asked for.
+        /// The operation.
         what: String,
-        /// Why it failed.
+        /// Reason of the failure.
         reason: String,
     },
     /// The token.
@@ -23,21 +23,21 @@ pub enum TransportError {
     Token {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Description of the defect.
         reason: String,
     },
 }
 
-/// Sends what answers a service request.
+/// Sends the answer to a service request.
 pub type Reply = Box<dyn FnOnce(Vec<u8>) + Send>;
 
-/// A command that came from the network.
+/// A command received from the network.
 pub struct Arrived {
-    /// Which, by its place in what was offered.
+    /// Index of the command in the offer.
     pub index: usize,
     /// The message.
     pub payload: Vec<u8>,
-    /// What its sender says about it.
+    /// Attachment of its sender.
     pub attachment: Option<Attachment>,
     /// Whether its sender has proved to know the token.
     pub may_command: bool,
@@ -45,23 +45,23 @@ pub struct Arrived {
     pub reply: Option<Reply>,
 }
 
-/// What the network has to do for the bridge. Nothing in it waits for a client.
+/// Operations of the network for the bridge. None of them waits for a client.
 pub trait Transport {
-    /// Offers streams and commands, in the place of what was offered before.
+    /// Offers streams and commands, replacing the former offer.
     ///
     /// # Errors
-    /// Where the network refuses a name.
+    /// If the network refuses a name.
     fn offer(
         &mut self,
         streams: &[Stream],
         commands: &[NamedCommand],
     ) -> Result<(), TransportError>;
 
-    /// Sends a message that was made at `source_ns` (since 1970). One that cannot be sent at
-    /// once is dropped.
+    /// Sends a message that was made at `source_ns` (since 1970). A message that cannot be sent
+    /// at once is dropped.
     fn publish(&mut self, stream: Stream, payload: &[u8], source_ns: i64);
 
-    /// The oldest command that waits.
+    /// The oldest waiting command.
     fn next_command(&mut self) -> Option<Arrived>;
 
     /// Commands that were dropped because too many waited.

@@ -1,4 +1,8 @@
 //! zenoh as the [`Transport`], with the names of `rmw_zenoh`.
+//!
+//! Two sessions, as zenoh authenticates a link and messages of ROS 2 have no place for a token:
+//! one for viewers, whose commands are refused, and one whose links need the token (ADR 0024).
+//! Callbacks run on threads of zenoh, so they only put a bounded copy into a queue.
 
 mod config;
 mod token;
@@ -22,15 +26,17 @@ use crate::ros::names::{Endpoint, Kind, Node};
 use crate::ros::types::RosType;
 use crate::transport::{Arrived, Reply, Transport, TransportError};
 
-/// Commands that can wait; the bridge looks every few milliseconds.
+/// Commands that can wait; the bridge reads them every few milliseconds.
+// Newer commands replace older ones anyway; dropped ones are counted and logged.
 const WAITING: usize = 64;
 /// Longest message of a command (bytes).
+// No command is longer; a larger payload would be copied for nothing.
 const MOST_BYTES: usize = 4096;
 /// Name of the node, and its number in its session.
 const NODE: &str = "robocell_bridge";
 const NODE_ID: u32 = 0;
 
-/// Sessions of zenoh: one for viewers, and one for those who know the token.
+/// Sessions of zenoh: one for viewers, and one for clients with the token.
 pub struct ZenohLink {
     sides: Vec<Side>,
     arrived: Receiver<Arrived>,
@@ -39,14 +45,14 @@ pub struct ZenohLink {
     namespace: String,
 }
 
-/// One session, and what it offers.
+/// One session and its endpoints.
 struct Side {
     session: Session,
     may_command: bool,
     offer: Option<Offer>,
 }
 
-/// What a session offers until it is dropped.
+/// Endpoints of a session until it is dropped.
 #[derive(Default)]
 struct Offer {
     publishers: BTreeMap<Stream, StreamPublisher>,
@@ -61,7 +67,7 @@ struct StreamPublisher {
     sequence: i64,
 }
 
-/// Where callbacks of zenoh put commands.
+/// Queue for commands, filled by callbacks of zenoh.
 #[derive(Clone)]
 struct Inbox {
     sender: SyncSender<Arrived>,
@@ -70,6 +76,7 @@ struct Inbox {
 
 impl Inbox {
     fn put(&self, arrived: Arrived) {
+        // Never waits: it is called on a thread of the network.
         if self.sender.try_send(arrived).is_err() {
             self.dropped.fetch_add(1, Ordering::Relaxed);
         }
@@ -77,15 +84,18 @@ impl Inbox {
 }
 
 impl ZenohLink {
-    /// Opens the sessions that `args` ask for.
+    /// Opens the sessions requested by `args`.
     ///
     /// # Errors
-    /// Where the configuration, the token or an endpoint cannot be used.
+    /// If the configuration, the token or an endpoint cannot be used.
     pub fn open(args: &Args) -> Result<Self, TransportError> {
+        // Viewers first: a session without commands exists in any case.
         let mut sides = vec![Side::open(config::of_viewers(args)?, false)?];
         if let Some(path) = &args.control {
             let token = token::read(path)?;
             let dictionary = token::dictionary(path, &token)?;
+            // The file with the password is needed while the session opens, and deleted right
+            // after.
             sides.push(Side::open(config::of_commanders(args, &dictionary)?, true)?);
         }
         let (sender, arrived) = sync_channel(WAITING);
@@ -117,6 +127,8 @@ impl ZenohLink {
         streams: &[Stream],
         commands: &[NamedCommand],
     ) -> Result<Offer, TransportError> {
+        // Names are announced before their endpoints exist, so that a client finds them at
+        // once.
         let mut names = Names::new(&side.session, self.node(&side.session))?;
         let mut offer = Offer::default();
         for stream in streams {
@@ -131,9 +143,11 @@ impl ZenohLink {
                 Kind::Subscription
             };
             let endpoint = names.add(kind, &command.name, command.ros_type())?;
+            // Offered to viewers as well: they get a refusal with a reason instead of silence.
             let (inbox, may_command) = (self.inbox.clone(), side.may_command);
             let refused = |error| network(format!("offer {}", command.name), &error);
             if command.is_service() {
+                // Complete: no other server of this name exists.
                 let queryable = side.session.declare_queryable(endpoint.key).complete(true);
                 let answer = move |query| inbox.put(of_query(index, may_command, query));
                 let queryable = queryable.callback(answer).wait().map_err(refused)?;
@@ -150,7 +164,7 @@ impl ZenohLink {
     }
 }
 
-/// An endpoint that was announced.
+/// An announced endpoint.
 struct Announced {
     key: String,
     id: u32,
@@ -168,6 +182,7 @@ impl<'a> Names<'a> {
     fn new(session: &'a Session, node: Node) -> Result<Self, TransportError> {
         let mut names = Self {
             session,
+            // Numbers start after that of the node, which shares the space.
             next_id: NODE_ID + 1,
             tokens: Vec::new(),
             node,
@@ -190,6 +205,7 @@ impl<'a> Names<'a> {
             ros_type,
         };
         self.next_id += 1;
+        // ROS tools list only announced endpoints.
         self.announce(name, self.node.endpoint_token(&endpoint))?;
         Ok(Announced {
             key: self.node.topic_key(&endpoint),
@@ -209,8 +225,9 @@ impl StreamPublisher {
     fn new(session: &Session, endpoint: &Announced) -> Result<Self, TransportError> {
         let publisher = session
             .declare_publisher(endpoint.key.clone())
-            // A client that does not read holds up nothing.
+            // A client that does not read must not delay the others.
             .congestion_control(CongestionControl::Drop)
+            // Sent at once: batching would add milliseconds to a state that is old then.
             .express(true)
             .wait()
             .map_err(|error| network(format!("publish {}", endpoint.key), &error))?;
@@ -245,16 +262,18 @@ impl Transport for ZenohLink {
         commands: &[NamedCommand],
     ) -> Result<(), TransportError> {
         let mut offers = Vec::new();
+        // All old offers end first: the new ones may have the same names.
         for side in &mut self.sides {
             side.offer = None;
         }
+        // All are made before one is set: an error leaves no half of an offer.
         for side in &self.sides {
             offers.push(self.make_offer(side, streams, commands)?);
         }
         for (side, offer) in self.sides.iter_mut().zip(offers) {
             side.offer = Some(offer);
         }
-        // What waits is about the offer before.
+        // Waiting commands refer to the former offer.
         while self.arrived.try_recv().is_ok() {}
         Ok(())
     }
@@ -310,7 +329,7 @@ fn of_query(index: usize, may_command: bool, query: Query) -> Arrived {
             };
             reply = reply.attachment(answer.to_bytes().as_slice());
         }
-        // A client that went away needs no answer.
+        // A client that has left needs no answer.
         reply.wait().ok();
     });
     Arrived {
@@ -322,7 +341,7 @@ fn of_query(index: usize, may_command: bool, query: Query) -> Arrived {
     }
 }
 
-/// What is too long is no message of ours, and is refused as empty.
+/// A payload that is too long is not one of ours, and is refused as empty.
 fn bounded(bytes: Option<&zenoh::bytes::ZBytes>) -> Vec<u8> {
     let bytes = bytes.filter(|bytes| bytes.len() <= MOST_BYTES);
     bytes.map_or_else(Vec::new, |bytes| bytes.to_bytes().into_owned())
@@ -335,6 +354,7 @@ fn attachment(bytes: Option<&zenoh::bytes::ZBytes>) -> Option<Attachment> {
 /// Identifies a publisher: its session, and its number in it.
 fn gid(session: &Session, id: u32) -> [u8; 16] {
     let mut gid = session.info().zid().wait().to_le_bytes();
+    // Different for each endpoint of a session, equal for the whole session.
     for (byte, of_id) in gid.iter_mut().zip(id.to_le_bytes()) {
         *byte ^= of_id;
     }

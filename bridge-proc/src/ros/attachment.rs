@@ -1,5 +1,6 @@
-//! What `rmw_zenoh` attaches to every message: sequence number (i64), time at its source (ns
-//! since 1970, i64) and 16 bytes that identify who sent it, after their count; little-endian.
+//! The attachment of `rmw_zenoh` to every message: sequence number (i64), time at its source
+//! (ns since 1970, i64) and 16 bytes that identify the sender, after their count;
+//! little-endian.
 
 /// Bytes of an attachment.
 const SIZE: usize = 8 + 8 + 1 + 16;
@@ -9,14 +10,14 @@ const SIZE: usize = 8 + 8 + 1 + 16;
 pub struct Attachment {
     /// Counts messages of the sender, or requests of a client.
     pub sequence: i64,
-    /// When the content was made (ns since 1970).
+    /// Time at which the content was made (ns since 1970).
     pub source_ns: i64,
-    /// Who sent it.
+    /// Identifies the sender.
     pub gid: [u8; 16],
 }
 
 impl Attachment {
-    /// As it travels.
+    /// In the format of the network.
     pub fn to_bytes(self) -> [u8; SIZE] {
         let mut bytes = [0; SIZE];
         let (sequence, rest) = bytes.split_at_mut(8);
@@ -29,12 +30,13 @@ impl Attachment {
         bytes
     }
 
-    /// `None` where it is no attachment.
+    /// `None` if the bytes are not an attachment.
     pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
         let bytes: &[u8; SIZE] = bytes.try_into().ok()?;
         let (sequence, rest) = bytes.split_first_chunk()?;
         let (source, rest) = rest.split_first_chunk()?;
         let (count, gid) = rest.split_first()?;
+        // The count is part of the format; another one is another version.
         (*count == 16).then_some(Self {
             sequence: i64::from_le_bytes(*sequence),
             source_ns: i64::from_le_bytes(*source),

@@ -1,4 +1,7 @@
 //! Messages of ROS 2, field by field in the order of their `.msg` files.
+//!
+//! CDR has no names: a field that is missing or out of order shifts all that follow, and the
+//! receiver reads garbage without an error. So unused fields are here as well.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,6 +19,7 @@ impl Time {
     pub fn of_ns(ns: u64) -> Self {
         let (sec, nanosec) = (ns / 1_000_000_000, ns % 1_000_000_000);
         Self {
+            // Until the year 2038 of simulated time; the type is that of ROS.
             sec: i32::try_from(sec).unwrap_or(i32::MAX),
             nanosec: u32::try_from(nanosec).unwrap_or(0),
         }
@@ -168,11 +172,11 @@ pub struct Marker {
     pub scale: Vector3,
     /// Colour.
     pub color: Color,
-    /// How long it is shown; zero for ever.
+    /// Time for which it is shown; zero for ever.
     pub lifetime: Time,
     /// Whether its frame is looked up again as it moves.
     pub frame_locked: bool,
-    /// Unused, as all that follows.
+    /// Unused, as all following fields.
     pub points: Vec<Vector3>,
     /// Unused.
     pub colors: Vec<Color>,

@@ -12,19 +12,20 @@ use serde::de::DeserializeOwned;
 /// Before every message: plain CDR, little-endian (DDSI-RTPS, 10.2).
 const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 
-/// A message as it travels.
+/// A message in the format of the network.
 ///
 /// # Errors
-/// Where CDR has no form for the message, such as a sequence of unknown length.
+/// If CDR has no form for the message, such as a sequence of unknown length.
 pub fn encode(message: &impl Serialize) -> Result<Vec<u8>, cdr_encoding::Error> {
     let mut bytes = ENCAPSULATION.to_vec();
     bytes.extend(cdr_encoding::to_vec::<_, LittleEndian>(message)?);
     Ok(bytes)
 }
 
-/// A message from the network; `None` where the bytes are none of this type.
+/// A message from the network; `None` if the bytes are not of this type.
 pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Option<T> {
     let (head, body) = bytes.split_at_checked(ENCAPSULATION.len())?;
+    // A client may send in the byte order of its machine; the head tells which.
     let read = match head.get(1)? {
         0 => cdr_encoding::from_bytes::<T, byteorder::BigEndian>(body),
         1 => cdr_encoding::from_bytes::<T, LittleEndian>(body),

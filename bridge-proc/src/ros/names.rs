@@ -6,13 +6,14 @@
 //! | a node | `@ros2_lv/DOMAIN/SESSION/NODE/NODE/NN/ENCLAVE/NAMESPACE/NAME` |
 //! | an endpoint | `@ros2_lv/DOMAIN/SESSION/NODE/ID/KIND/ENCLAVE/NAMESPACE/NAME/TOPIC/TYPE/HASH/QOS` |
 //!
-//! In the keys that announce nodes and endpoints, `%` stands for `/`, and alone for nothing.
+//! In the keys that announce nodes and endpoints, `%` replaces `/`, and alone means "empty".
 
 use crate::ros::types::RosType;
 
 /// Enclave and namespace that are empty.
+// A part of a key must not be empty.
 const EMPTY: &str = "%";
-/// Reliable, volatile, and the last ten messages are kept; what is the default is left out.
+/// Reliable, volatile, and the last ten messages are kept; defaults are left out.
 const QOS: &str = "::,10:,:,:,,";
 
 /// Kind of an endpoint.

@@ -21,6 +21,7 @@ macro_rules! types {
 }
 
 types! {
+    // Hashes as published with ROS 2; they cannot be computed from the name.
     JOINT_STATE = "sensor_msgs/msg/JointState",
         "RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e";
     TF_MESSAGE = "tf2_msgs/msg/TFMessage",

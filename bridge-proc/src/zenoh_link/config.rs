@@ -9,10 +9,10 @@ use super::network;
 use crate::args::Args;
 use crate::transport::TransportError;
 
-/// Of viewers: what the user says, at the endpoints of the command line.
+/// For viewers: the user's configuration, at the endpoints of the command line.
 pub(super) fn of_viewers(args: &Args) -> Result<Config, TransportError> {
     let mut config = base(args)?;
-    // A file of the user may have endpoints of its own.
+    // A file of the user may name endpoints itself.
     let is_given = args.config.is_some() && args.listen.is_empty() && args.connect.is_empty();
     if !is_given {
         set(
@@ -25,9 +25,10 @@ pub(super) fn of_viewers(args: &Args) -> Result<Config, TransportError> {
     Ok(config)
 }
 
-/// Of those who know the token: the same at one endpoint that asks for it.
+/// For clients with the token: the same at one endpoint that requires it.
 pub(super) fn of_commanders(args: &Args, dictionary: &Path) -> Result<Config, TransportError> {
     let mut config = base(args)?;
+    // No outgoing connections: a router would pass the commands of all its clients.
     let none: [&str; 0] = [];
     set(
         &mut config,
@@ -46,11 +47,12 @@ fn base(args: &Args) -> Result<Config, TransportError> {
             .map_err(|error| network(format!("read {}", path.display()), &error))?,
         None => Config::default(),
     };
+    // After the file: these settings are what keeps the two sessions apart.
     set(&mut config, "mode", &json!("peer"))?;
-    // Neither side looks for others, nor tells one side of the other.
+    // Neither session searches for others, nor announces one to the other.
     set(&mut config, "scouting/multicast/enabled", &json!(false))?;
     set(&mut config, "scouting/gossip/enabled", &json!(false))?;
-    // An endpoint that cannot be opened is an error now, and no wait.
+    // An endpoint that cannot be opened is an error at once, not after a wait.
     set(&mut config, "listen/exit_on_failure", &json!(true))?;
     Ok(config)
 }

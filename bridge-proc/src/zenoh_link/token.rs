@@ -1,4 +1,4 @@
-//! The token that commands are accepted with.
+//! The token that is required for commands.
 
 use std::fs::{self, OpenOptions};
 use std::io::Write as _;
@@ -7,21 +7,23 @@ use std::path::{Path, PathBuf};
 
 use crate::transport::TransportError;
 
-/// Name that clients authenticate with, beside the token.
+/// User name of clients, beside the token as password.
 const USER: &str = "control";
 /// Shortest token (characters).
+// 24 random bytes in hexadecimal are 48; 16 is the least that cannot be tried out.
 const LEAST: usize = 16;
 
 /// Reads the token.
 ///
 /// # Errors
-/// Where others can read the file too, or it has no token.
+/// If others can read the file as well, or it has no token.
 pub(super) fn read(path: &Path) -> Result<String, TransportError> {
     let wrong = |reason: String| TransportError::Token {
         path: path.to_owned(),
         reason,
     };
     let cannot_read = |error: std::io::Error| wrong(format!("cannot be read: {error}"));
+    // Checked before it is read: a token that others could read is not secret any more.
     let mode = fs::metadata(path).map_err(cannot_read)?.mode() & 0o777;
     if mode & 0o077 != 0 {
         return Err(wrong(format!(
@@ -30,6 +32,7 @@ pub(super) fn read(path: &Path) -> Result<String, TransportError> {
     }
     let text = cell_model::user_file::read_text(path).map_err(cannot_read)?;
     let token = text.trim();
+    // A colon separates user and password in zenoh's file.
     let plain = |c: char| c.is_ascii_graphic() && c != ':';
     if token.len() < LEAST || !token.chars().all(plain) {
         let found = token.len();
@@ -40,7 +43,7 @@ pub(super) fn read(path: &Path) -> Result<String, TransportError> {
     Ok(token.to_owned())
 }
 
-/// Users and passwords in the form that zenoh reads; gone when it is dropped.
+/// Users and passwords in zenoh's format; deleted when dropped.
 pub(super) struct Dictionary(PathBuf);
 
 impl std::ops::Deref for Dictionary {
@@ -57,13 +60,14 @@ impl Drop for Dictionary {
     }
 }
 
-/// A private file for zenoh, which wants users and passwords in a file.
+/// Writes the private file that zenoh needs for users and passwords.
 pub(super) fn dictionary(beside: &Path, token: &str) -> Result<Dictionary, TransportError> {
     let name = format!("robocell-bridge-{}", std::process::id());
     let path = std::env::temp_dir().join(name);
-    // Of a process with the same number that was killed.
+    // Left by a killed process with the same number.
     fs::remove_file(&path).ok();
     let mut options = OpenOptions::new();
+    // A new file, never through a link of another user.
     options.write(true).create_new(true).mode(0o600);
     let written = options
         .open(&path)
