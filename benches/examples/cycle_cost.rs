@@ -1,7 +1,6 @@
-//! Cost of one cycle of a controller: a Panda alone in its cell and beside
-//! another arm, a UR10 among 40 obstacles, four fixtures and a stack of 36 bins,
-//! with nothing and with a bin in its gripper. Everything from a state to a
-//! command; all in turns in one run.
+//! Cost of one cycle of a controller: a Panda alone in its cell and beside another arm, a UR10
+//! among 40 obstacles, four fixtures and a stack of 36 bins, without and with a bin in its
+//! gripper. Everything from a state to a command; all in turns in one run.
 //!
 //! `cargo run --release -p robocell-benches --example cycle_cost`
 #![allow(
@@ -29,7 +28,7 @@ const TICKS: u64 = 1_000;
 
 struct Bench {
     cycle: Cycle,
-    /// In the middle of its way.
+    /// Middle of the motion.
     from: Pose,
     state: Box<WorldState>,
     decision: Decision,
@@ -76,7 +75,7 @@ impl Bench {
         }
     }
 
-    /// One way between two places; the other arm, if any, swings its base.
+    /// One motion between two positions; the other arm, if any, swings its base.
     fn travel(&mut self, round: u64) {
         let side = if round.is_multiple_of(2) { 0.2 } else { -0.2 };
         self.decision.goals[0].target = self.from;
@@ -94,13 +93,14 @@ impl Bench {
                 &mut self.status,
             );
             self.samples.record(monotonic_ns().saturating_sub(began_ns));
+            // The arm follows its command exactly: no physics is measured.
             let arm = &mut self.state.arms[0];
             arm.joint_positions = self.command.joint_positions;
         }
     }
 }
 
-/// A UR10 cell as it is when the last bin comes.
+/// A UR10 cell in the state before the last bin.
 fn ur10_cell() -> Cell {
     let mut text = String::from(UR10);
     for index in 0..4 {

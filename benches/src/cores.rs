@@ -1,4 +1,4 @@
-//! Costs of the cores, each in one run.
+//! Costs of control and physics, each in one run.
 
 use std::hint::black_box;
 use std::io::stdout;
@@ -20,22 +20,22 @@ use cell_sim::eval::template;
 
 /// Obstacles of the control bench.
 const OBSTACLES: [usize; 4] = [0, 10, 20, 50];
-/// Rounds through all rows, so that a slow minute meets all of them.
+/// Rounds through all rows, so that a slow minute affects all of them.
 const ROUNDS: usize = 20;
-/// Random states a round.
+/// States per round, chosen at random.
 const STATES: usize = 500;
 /// Length of a control cycle (s).
 const CYCLE_S: f64 = 1.0e-3;
 /// Demo of the physics bench.
 const DEMO: &str = "franka-stack";
-/// Turns of each engine that is stepped from Python, and steps in a turn.
+/// Turns of each engine that is stepped from Python, and steps per turn.
 const PYTHON_TURNS: usize = 40;
 const PYTHON_STEPS: usize = 100;
 const CELL_PROGRAM: &str = include_str!("cell.py");
 /// Ticks of each other demo.
 const OTHER_TICKS: u64 = 15_000;
 
-/// Which core.
+/// The part to be measured.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Core {
     /// The RMPflow cycle.
@@ -58,9 +58,11 @@ pub(crate) fn run(core: Core, json: bool) -> Result<(), CoreError> {
 /// The RMPflow cycle of the Panda with all its spheres among random obstacles:
 /// evaluate, resolve within limits, integrate; without self-collision and with it; and a
 /// fixed kernel, which they are compared with.
+// The core and class of a controller, as its cycle is compared with a tick.
 fn control() -> Result<Report, CoreError> {
     let granted = priority::request(CONTROLLER_PRIORITY, Some(0));
     let mut report = Report::new("control", granted.fifo, &granted.refused);
+    // The same robot twice, so that the rows differ by self-collision alone.
     let with = Robot::load(&Data::checkout(), "panda")?;
     let without = Robot {
         self_spheres: Vec::new(),
@@ -75,10 +77,12 @@ fn control() -> Result<Report, CoreError> {
             rows.push((flow(robot, count)?, samples, name));
         }
     }
+    // A fixed seed: two runs measure the same states.
     let limits = with.limits();
     let mut random = Random::new(7);
     let kernel = Kernel::new();
     let mut fixed = Samples::with_capacity(ROUNDS * STATES);
+    // All rows in each round: a ratio is of the same minutes, not of a quiet and a busy one.
     for _ in 0..ROUNDS {
         for _ in 0..STATES {
             let began_ns = monotonic_ns();
@@ -88,8 +92,10 @@ fn control() -> Result<Report, CoreError> {
         let states: Vec<MotionState> = (0..STATES).map(|_| state(&limits, &mut random)).collect();
         for ((flow, _), samples, _) in &mut rows {
             for state in &states {
+                // A copy, as the step changes it: every row starts from the same states.
                 let mut state = state.clone();
                 let began_ns = monotonic_ns();
+                // The result is used, or the compiler could leave the work out.
                 let stepped = flow.step_cell(&mut state, &limits, CYCLE_S);
                 samples.record(monotonic_ns().saturating_sub(began_ns));
                 black_box((stepped.is_ok(), state));
@@ -116,14 +122,14 @@ fn flow(robot: &Robot, obstacles: usize) -> Result<(RmpFlow, TargetId), CoreErro
     flow.set_orientation_target(tool, Some(UnitQuaternion::from_euler_angles(3.1, 0.1, 0.0)))?;
     let mut random = Random::new(42);
     for index in 0..obstacles {
-        // An obstacle that is refused would make the bench faster than it is.
+        // An obstacle that is refused would make the bench faster than the real cycle.
         flow.obstacles_mut()
             .add(random_obstacle(index, &mut random))?;
     }
     Ok((flow, tool))
 }
 
-/// Somewhere in the workspace; every third one a ball.
+/// A position in the workspace; every third obstacle is a sphere.
 fn random_obstacle(index: usize, random: &mut Random) -> Obstacle {
     let mut within =
         |low: f64, high: f64| 0.5 * (low + high) + random.around_zero(0.5 * (high - low));
@@ -155,8 +161,8 @@ fn state(limits: &JointLimits, random: &mut Random) -> MotionState {
     state
 }
 
-/// A whole job in one process: the bare step of the engine, and the tick with
-/// everything in it; then the other demos, and heaps.
+/// A whole job in one process: the engine's step alone, and the whole tick; then the other
+/// demos, and heaps.
 fn physics() -> Result<Report, CoreError> {
     let granted = priority::request(CONTROLLER_PRIORITY, Some(0));
     let mut report = Report::new("physics", granted.fifo, &granted.refused);
@@ -168,6 +174,7 @@ fn physics() -> Result<Report, CoreError> {
         if demo == DEMO {
             continue;
         }
+        // A demo that does not run here must not end the bench; the report names it.
         let (step, mut tick) = match job(&demo, OTHER_TICKS) {
             Ok(rows) => rows,
             Err(error) => {
@@ -187,9 +194,10 @@ fn physics() -> Result<Report, CoreError> {
     Ok(report)
 }
 
-/// A step of a cell from Python, with physics, controllers and recorder's state, beside
+/// A step of a cell from Python, with physics, controllers and recorder's state, compared with
 /// `MuJoCo`'s step of the same arm and objects with its position servos.
 fn in_python(report: &mut Report) -> Result<(), CoreError> {
+    // Skipped with a note: most machines have no Python package.
     let Some(mut ours) = PythonStepper::start(CELL_PROGRAM, DEMO) else {
         let note = "the Python interpreter has no package robocell: no steps from Python";
         report.notes.push(note.to_owned());
@@ -198,6 +206,7 @@ fn in_python(report: &mut Report) -> Result<(), CoreError> {
     let cell = template(DEMO, "").load_cell_from(&Data::checkout())?;
     let mut other = mujoco::start(&cell, panda::SETTINGS);
     let (mut own_times, mut times) = (Samples::default(), Samples::default());
+    // Turns of both engines, as for all ratios.
     for _ in 0..PYTHON_TURNS {
         own_times.record_all(&ours.step(PYTHON_STEPS, &[]));
         if let Some(mujoco) = &mut other {
@@ -221,8 +230,8 @@ fn real_time(demo: &str, tick: &Row) -> Row {
     Row::new(format!("{demo}, speed of the tick"), tick.n, figures).in_unit("x real time")
 }
 
-/// Runs a demo to its end, or up to the tick `most`: cost of the engine's step and of
-/// the whole tick.
+/// Runs a demo to its end, or up to the tick `most`; returns the costs of the engine's step and
+/// of the whole tick.
 fn job(demo: &str, most: u64) -> Result<(Row, Row), CoreError> {
     let mut spec = template(demo, "");
     let cell = spec.load_cell_from(&Data::checkout())?;
@@ -231,6 +240,8 @@ fn job(demo: &str, most: u64) -> Result<(Row, Row), CoreError> {
     let (mut steps, mut ticks) = (Samples::default(), Samples::default());
     while sim.state().header.tick < most {
         let (began_ns, mut stepped_ns) = (monotonic_ns(), (0, 0));
+        // The engine's step is observed inside of the tick, so both figures are of the same
+        // ticks.
         let going = sim.tick_observed(|before| {
             if before {
                 stepped_ns.0 = monotonic_ns();

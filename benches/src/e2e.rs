@@ -1,10 +1,9 @@
 //! `robocell bench e2e`: how old the state is when its command is applied.
 //!
-//! A private cell runs in real time; physics measures the age of the state a
-//! command was computed from when it applies that command, and controllers how
-//! late their cycles start. Both report figures over the last second; what is
-//! printed are their medians and the worst second. Then the task is killed again
-//! and again: how long until the next one decides.
+//! A private cell runs in real time; physics measures the age of the state a command was
+//! computed from when it applies that command, and controllers measure the lateness of their
+//! cycles. Both report figures over the last second; printed are their medians and the worst
+//! second. Then the task is killed repeatedly: the time until the next one decides.
 
 mod answers;
 mod kills;
@@ -22,11 +21,11 @@ use launch::cli::{Cli, Command};
 use launch::failure::Failure;
 use launch::run::{End, LiveCell, Plan};
 
-/// What the bench runs.
+/// Demo of the bench.
 const DEMO: &str = "franka-stack";
-/// Figures of the first second hold the start.
+/// Figures of the first second include the start.
 pub(crate) const WARM_UP_NS: u64 = 1_500_000_000;
-/// One sample of the per-second figures this often.
+/// Interval of the samples of the per-second figures.
 pub(crate) const WINDOW_NS: u64 = 1_000_000_000;
 
 /// p50, p99 and max of each second.
@@ -72,7 +71,7 @@ impl Probe {
             return;
         };
         self.fifo = physics.scheduling == Scheduling::Fifo.code();
-        // The age has no maximum of its own; the p99 of the worst second stands in.
+        // The age has no maximum; the p99 of the worst second is used instead.
         self.apply.0.push([
             physics.apply_age_p50_ns,
             physics.apply_age_p99_ns,
@@ -83,7 +82,7 @@ impl Probe {
     }
 }
 
-/// How late the cycles of the last second began (ns): p50, p99 and maximum.
+/// Lateness of the cycles of the last second (ns): p50, p99 and maximum.
 pub(crate) fn lateness(health: &Health) -> [f64; 3] {
     [
         health.lateness_p50_ns,
@@ -102,8 +101,10 @@ pub(crate) fn run(seconds: f64, json: bool) -> Result<(), Failure> {
     let end = live.stay(|live| {
         let now = monotonic_ns();
         if !live.is_ready() {
+            // Counted from the moment at which all processes are up.
             return;
         }
+        // The first window would contain the start.
         let end_ns = *until.get_or_insert_with(|| {
             probe.next_ns = now + WARM_UP_NS;
             now + WARM_UP_NS + nanos(seconds)
@@ -120,12 +121,13 @@ pub(crate) fn run(seconds: f64, json: bool) -> Result<(), Failure> {
     print(&probe, kills, &flight_dir, json)
 }
 
-/// What is known of the task.
+/// The present state of the task.
 fn look(live: &LiveCell) -> Sighting {
     let mut pids = live.pids().into_iter();
     let pid = pids.find(|(process, _)| *process == Process::Task);
     let pid = pid.and_then(|(_, pid)| pid);
-    // A pid is news before the health of that process is.
+    // The health of the process with this pid, if it has published one.
+    // A new pid is known before the health of its process.
     let health = live.watch().health(Process::Task);
     let health = health.filter(|health| Some(health.pid) == pid);
     let decision = live.watch().decision().map(|decision| decision.header);
@@ -161,7 +163,7 @@ fn print(probe: &Probe, kills: Kills, flight_dir: &Path, json: bool) -> Result<(
     let mut report = Report::new("e2e", probe.fifo, &[note]);
     match answers::answers(flight_dir) {
         Ok(samples) => report.draw("from a state to its command", &samples),
-        // What was measured is worth printing without it.
+        // The figures are worth printing without it.
         Err(error) => report
             .notes
             .push(format!("no histogram of states: {error}")),

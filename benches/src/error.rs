@@ -1,11 +1,11 @@
-//! Why something cannot be measured.
+//! Errors of the benches.
 
 use std::path::PathBuf;
 
 use cell_sim::SimError;
 use launch::failure::Failure;
 
-/// Why a core cannot be measured.
+/// Reasons why control or physics cannot be measured.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum CoreError {
     /// The cell.
@@ -34,7 +34,7 @@ pub(crate) enum CoreError {
     Output(std::io::Error),
 }
 
-/// Why a fleet cannot be measured.
+/// Reasons why a fleet cannot be measured.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum FleetError {
     /// A cell in this process.
@@ -58,9 +58,9 @@ pub(crate) enum FleetError {
     /// A program that does not start.
     #[error("{}: {source}; `cargo build --release --workspace --bins` builds it", path.display())]
     Program {
-        /// Where it is looked for.
+        /// Expected path.
         path: PathBuf,
-        /// Why.
+        /// Reason.
         source: std::io::Error,
     },
     /// A cell whose processes do not come up.
@@ -68,7 +68,7 @@ pub(crate) enum FleetError {
         "cell `{0}` did not come up within 60 s; `robocell run franka-stack --headless` says why"
     )]
     NotUp(String),
-    /// Where this program is.
+    /// Path of this program.
     #[error("the path of this program cannot be read: {0}")]
     Own(std::io::Error),
     /// The results cannot be printed.

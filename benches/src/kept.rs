@@ -1,7 +1,7 @@
-//! The loop of physics in real time, with and without a state of 1 MB that is kept.
+//! The loop of physics in real time, with and without a state of 1 MB that is saved.
 //!
-//! Without a bus, so that nothing else makes it late. Objects are at rest: a tick is short
-//! then, and the bytes of a state are the same.
+//! Without a bus, so that nothing else delays it. Objects are at rest: a tick is short then,
+//! and the bytes of a state are the same.
 
 use std::path::Path;
 
@@ -19,7 +19,7 @@ use crate::report::Samples;
 
 /// Bins of the scene: a state of about 1 MB.
 const BINS: usize = 100;
-/// Ticks until they are at rest.
+/// Ticks until the scene is at rest.
 const SETTLE_TICKS: u64 = 4000;
 
 /// A scene whose state takes about 1 MB.
@@ -53,7 +53,7 @@ impl KeptPhysics {
         self.bytes as f64 * 1.0e-6
     }
 
-    /// A block of ticks on `grid`, without a state that is kept.
+    /// A block of ticks on `grid`, without saving.
     pub(crate) fn not_kept(&mut self, grid: &mut Grid, ticks: usize, late: &mut Samples) {
         for _ in 0..ticks {
             late.record(grid.wait().lateness_ns());
@@ -61,7 +61,7 @@ impl KeptPhysics {
         }
     }
 
-    /// The same with one that is kept; `keeping` is the time that each tick spends on it.
+    /// The same with saving; `keeping` is the time that each tick spends on it.
     pub(crate) fn kept(
         &mut self,
         grid: &mut Grid,
@@ -71,6 +71,8 @@ impl KeptPhysics {
         for _ in 0..ticks {
             late.record(grid.wait().lateness_ns());
             tick(&mut self.plant);
+            // After the tick, where physics does it: a late start of the next tick is its
+            // effect.
             let began_ns = monotonic_ns();
             self.keeper.turn(&self.plant);
             keeping.record(monotonic_ns().saturating_sub(began_ns));

@@ -1,6 +1,5 @@
-//! `robocell bench` starts this program. Ratios within one run are what counts:
-//! the rows of a bench are measured in turns, on the same cores, in the same
-//! minutes.
+//! `robocell bench` starts this program. Only ratios within one run are comparable: the rows of
+//! a bench are measured in turns, on the same cores, in the same minutes.
 
 mod behavior;
 mod cores;
@@ -25,6 +24,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, ValueEnum};
 
+// Counts allocations for the rows of `behavior`; the counter costs every allocation the same.
 #[global_allocator]
 static ALLOCATOR: cell_rt::alloc::Counting = cell_rt::alloc::Counting;
 
@@ -71,6 +71,7 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
+    // First: the second process of `bench ipc` is this program as well, with other arguments.
     if let Some(code) = transport::peer::main() {
         return code;
     }

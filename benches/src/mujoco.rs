@@ -1,5 +1,4 @@
-//! The same scene in `MuJoCo`, in a Python beside this process, where that has
-//! the package.
+//! The same scene in `MuJoCo`, in a separate Python process with that package.
 
 use std::fmt::Write as _;
 
@@ -19,7 +18,7 @@ const LINK_FRICTION: f64 = 0.5;
 const LINK_GROUPS: &str = "contype=\"2\" conaffinity=\"1\"";
 const OBJECT_GROUPS: &str = "contype=\"1\" conaffinity=\"3\"";
 
-/// What a report says where the package is missing.
+/// Note of a report if the package is missing.
 pub(crate) const MISSING: &str =
     "MuJoCo is not installed (pip install mujoco): nothing to compare with";
 
@@ -34,13 +33,13 @@ pub(crate) struct Settings {
     pub(crate) coupled: bool,
 }
 
-/// Sets a cell up; `None` where there is no Python with `MuJoCo`.
+/// Sets up a cell; `None` without Python or `MuJoCo`.
 pub(crate) fn start(cell: &Cell, settings: Settings) -> Option<PythonStepper> {
     PythonStepper::start(PROGRAM, &mjcf(cell, settings))
 }
 
-/// What the call from Python and the clock add to the time of a step (ns): a step of an empty
-/// model in a call of its own, compared with many steps in one call.
+/// Time that the call from Python and the clock add to a step (ns): a step of an empty model in
+/// one call, compared with many steps in one call.
 pub(crate) fn time_of_call() -> Option<u64> {
     let mut empty = PythonStepper::start(PROGRAM, "<mujoco/>")?;
     let alone = median(empty.step(CALLS, &[]))?;
@@ -53,7 +52,7 @@ fn median(mut times_ns: Vec<u64>) -> Option<u64> {
     times_ns.get(times_ns.len() / 2).copied()
 }
 
-/// The scene in `MuJoCo`'s own format. A control of 0 holds a joint where it starts.
+/// The scene in `MuJoCo`'s format. A control of 0 holds a joint at its start position.
 fn mjcf(cell: &Cell, settings: Settings) -> String {
     let Settings {
         option, geoms: own, ..
@@ -116,6 +115,7 @@ fn add_arm(out: &mut String, drives: &mut String, index: usize, arm: &ArmSpec) {
 
 fn add_children(
     out: &mut String,
+    // Recursive, as bodies of MJCF are nested like the joints of an arm.
     drives: &mut String,
     (index, arm): (usize, &ArmSpec),
     home: &[f64],
@@ -138,6 +138,7 @@ fn add_children(
             placed(&at),
             spec.joint_damping,
             spec.armature,
+            // Ranges are from the start position, where the joint of MJCF has its 0.
             spec.lower - home[number],
             spec.upper - home[number]
         );
@@ -187,7 +188,7 @@ fn add_link(out: &mut String, arm: &ArmSpec, index: usize) {
     }
 }
 
-/// What contacts of a geom depend on.
+/// Properties of a geom's contacts.
 #[derive(Clone, Copy)]
 struct Surface {
     friction: f64,
@@ -203,6 +204,7 @@ impl Surface {
 }
 
 fn geoms(out: &mut String, shape: &Shape, pose: &Isometry3<f64>, mass: f64, surface: Surface) {
+    // A bin is its five walls in both engines: MuJoCo has no hollow shape.
     if let Some(panels) = shape.panels() {
         let volume: f64 = panels.iter().map(|panel| panel.size.product()).sum();
         for panel in panels {

@@ -1,6 +1,5 @@
-//! Costs of heaps: 36 bins in columns, awake and asleep, and 100 parts that
-//! fall into one; beside `MuJoCo`, step by step in the same run, where it is
-//! installed.
+//! Costs of heaps: 36 bins in columns, awake and asleep, and 100 parts that fall into one; and
+//! the same in `MuJoCo`, step by step in the same run, where it is installed.
 
 use crate::report::{Report, Samples};
 use cell_model::random::Random;
@@ -18,8 +17,7 @@ const BINS: usize = 36;
 const PARTS: usize = 100;
 /// Ticks measured, and ticks in which bins may fall asleep first.
 const TICKS: usize = 4_000;
-/// Ticks of one engine before it is the other's turn: a slow minute of the
-/// machine meets both.
+/// Ticks of one engine before the turn of the other: a slow minute of the machine affects both.
 const CHUNK: usize = 100;
 
 const CELL: &str = r#"
@@ -67,6 +65,7 @@ colour = [0.5, 0.5, 0.5]
 pub(crate) fn run(report: &mut Report) -> Result<(), CoreError> {
     compare(report, "36 bins", &bins(false)?)?;
     let mut asleep = World::new(&bins(true)?)?;
+    // Settled first: falling asleep is not part of the cost of sleeping.
     for _ in 0..TICKS {
         asleep.step(&StepInput::default());
     }
@@ -83,7 +82,7 @@ fn compare(report: &mut Report, name: &str, cell: &Cell) -> Result<(), CoreError
     let mut other = mujoco::start(cell, Settings::default());
     let (mut ours, mut theirs) = (Samples::with_capacity(TICKS), Samples::default());
     for _ in 0..TICKS / CHUNK {
-        // Half a second at rest sends them to sleep.
+        // After half a second at rest they would fall asleep.
         world.wake_objects();
         step(&mut world, CHUNK, &mut ours);
         if let Some(mujoco) = &mut other {
@@ -138,7 +137,7 @@ fn bins(sleeps: bool) -> Result<Cell, CoreError> {
     Ok(cell)
 }
 
-/// Boxes, capsules and cylinders above a bin that stands fast.
+/// Boxes, capsules and cylinders above a fixed bin.
 fn parts() -> Result<Cell, CoreError> {
     let mut cell = cell("part")?;
     let mut bin = cell.fixtures.clone();
@@ -164,6 +163,7 @@ fn parts() -> Result<Cell, CoreError> {
             height_m: 0.016,
         },
     ];
+    // A fixed seed: every run drops the same parts.
     let mut random = Random::new(7);
     let objects = cell.objects.iter_mut().enumerate().take(PARTS);
     for ((index, part), shape) in objects.zip(shapes.iter().cycle()) {

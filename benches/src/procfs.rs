@@ -1,25 +1,26 @@
-//! What the kernel says of a process in `/proc`.
+//! Figures of the kernel about a process, from `/proc`.
 
 use std::fs;
 
 /// Bytes of a kibibyte, the unit of `/proc/PID/smaps_rollup`.
 const KIB: u64 = 1024;
 
-/// Time of this thread on a processor (ns); nothing where the kernel does not count it.
+/// Time of this thread on a processor (ns); `None` if the kernel does not count it.
 pub(crate) fn own_thread_ns() -> Option<u64> {
     on_processor(&fs::read_to_string("/proc/thread-self/schedstat").ok()?)
 }
 
-/// Time on a processor (ns) in `/proc/PID/task/TID/schedstat`: user and system
-/// time are told there in hundredths of a second only.
+/// Time on a processor (ns) in `/proc/PID/task/TID/schedstat`: other files have it in
+/// hundredths of a second only.
 pub(crate) fn on_processor(schedstat: &str) -> Option<u64> {
     schedstat.split_whitespace().next()?.parse().ok()
 }
 
-/// Memory of process `pid` (bytes): its share of each page, or all of its pages where
-/// the kernel does not tell shares. Nothing when it is gone.
+/// Memory of process `pid` (bytes): its share of each page, or all of its pages where the
+/// kernel gives no shares. `None` if it has ended.
 pub(crate) fn memory(pid: u32) -> Option<u64> {
     let file = |name: &str| fs::read_to_string(format!("/proc/{pid}/{name}")).ok();
+    // Shares, as the processes of a cell have most of their program in common.
     let share = file("smaps_rollup").and_then(|text| field(&text, "Pss:"));
     share.or_else(|| field(&file("status")?, "VmRSS:"))
 }

@@ -1,13 +1,13 @@
-//! An engine in a Python beside this process, stepped on request.
+//! An engine in a separate Python process, stepped on request.
 
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
 use cell_model::runs::python::interpreter;
 
-/// A Python program that steps a scene. It reads a text, preceded by a line with its
-/// length in bytes, and answers with a line: its version. Then it answers each request by a
-/// line; a number of steps by their times (ns).
+/// A Python program that steps a scene. It reads a text, preceded by a line with its length in
+/// bytes, and answers with a line: its version. Then it answers each request by a line; a
+/// number of steps by their times (ns).
 pub(crate) struct PythonStepper {
     child: Child,
     requests: ChildStdin,
@@ -16,13 +16,14 @@ pub(crate) struct PythonStepper {
 }
 
 impl PythonStepper {
-    /// Starts `program` with `text` in the interpreter of task files; `None` where there
-    /// is no Python, or no package that the program needs.
+    /// Starts `program` with `text` in the interpreter of task files; `None` without Python, or
+    /// without a package that the program needs.
     pub(crate) fn start(program: &str, text: &str) -> Option<Self> {
         let mut child = Command::new(interpreter())
             .args(["-c", program])
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
+            // Discarded: an import error of an optional package is not a message for the user.
             .stderr(Stdio::null())
             .spawn()
             .ok()?;
@@ -45,7 +46,7 @@ impl PythonStepper {
         &self.version
     }
 
-    /// Steps, and answers how long each took (ns). `controls` are those of each step, one
+    /// Steps, and returns the time of each step (ns). `controls` are those of each step, one
     /// after the other; without any the engine keeps its last controls.
     pub(crate) fn step(&mut self, steps: usize, controls: &[f64]) -> Vec<u64> {
         let controls = controls.iter().map(|control| format!(" {control}"));
@@ -53,7 +54,8 @@ impl PythonStepper {
         times(&answer.unwrap_or_default())
     }
 
-    /// Takes that many blocks of `steps` steps, each in one call; how long each block took (ns).
+    /// Runs `blocks` blocks of `steps` steps, each in one call; returns the time of each block
+    /// (ns).
     pub(crate) fn blocks(&mut self, blocks: usize, steps: usize) -> Vec<u64> {
         let answer = self.ask(&format!("blocks {blocks} {steps}"));
         times(&answer.unwrap_or_default())

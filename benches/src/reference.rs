@@ -9,6 +9,7 @@ pub(crate) const NOTE: &str = "reference kernel: product of two fixed matrices o
                                13,824 multiplications and additions";
 
 /// Rows and columns.
+// Both fit the first-level cache, so the figure is of the core, not of its memory.
 const SIZE: usize = 24;
 
 type Matrix = [[f64; SIZE]; SIZE];
@@ -32,7 +33,7 @@ impl Kernel {
         }
     }
 
-    /// Does the work; the compiler knows neither the factors nor what the product is for.
+    /// Does the work; the compiler knows neither the factors nor the use of the product.
     pub(crate) fn work(&self) {
         black_box(product(black_box(&self.left), black_box(&self.right)));
     }

@@ -1,4 +1,4 @@
-//! What a bench prints: rows of one run, as a table or as one JSON object.
+//! Output of a bench: rows of one run, as a table or as one JSON object.
 
 use std::io::{self, Write};
 
@@ -18,22 +18,22 @@ impl Samples {
         Self(Vec::with_capacity(count))
     }
 
-    /// Takes one duration (ns).
+    /// Adds one duration (ns).
     pub(crate) fn record(&mut self, duration_ns: u64) {
         self.0.push(duration_ns);
     }
 
-    /// Takes durations (ns).
+    /// Adds durations (ns).
     pub(crate) fn record_all(&mut self, durations_ns: &[u64]) {
         self.0.extend(durations_ns);
     }
 
-    /// Durations taken.
+    /// Number of durations.
     pub(crate) fn count(&self) -> usize {
         self.0.len()
     }
 
-    /// The durations in microseconds, as they were taken.
+    /// The durations in microseconds, in the order they were added.
     pub(crate) fn micros(&self) -> Vec<f64> {
         self.0.iter().map(|ns| *ns as f64 / 1000.0).collect()
     }
@@ -72,8 +72,7 @@ pub(crate) struct Row {
 }
 
 impl Row {
-    /// A row in microseconds that is held against nothing; `figures` are p50,
-    /// p99, p99.9 and the maximum.
+    /// A row in microseconds without comparison; `figures` are p50, p99, p99.9 and the maximum.
     pub(crate) fn new(name: String, n: usize, [p50, p99, p999, max]: [f64; 4]) -> Self {
         Self {
             name,
@@ -90,7 +89,7 @@ impl Row {
         }
     }
 
-    /// The row of all of these values; without one its figures are 0.
+    /// The row of all of these values; without values its figures are 0.
     pub(crate) fn of(name: String, mut values: Vec<f64>, unit: &'static str) -> Self {
         values.sort_unstable_by(f64::total_cmp);
         let at = |permille: usize| {
@@ -107,7 +106,7 @@ impl Row {
         Self::of(name.to_owned(), vec![value], unit)
     }
 
-    /// The same figures, which are of this unit.
+    /// The same figures, in this unit.
     #[must_use]
     pub(crate) fn in_unit(mut self, unit: &'static str) -> Self {
         self.unit = unit;
@@ -126,7 +125,7 @@ pub(crate) struct Report {
     pub(crate) notes: Vec<String>,
     /// The rows.
     pub(crate) rows: Vec<Row>,
-    /// Names and durations (us) of what is also drawn, below the table.
+    /// Names and durations (us) of the histograms below the table.
     #[serde(skip)]
     pub(crate) histograms: Vec<(String, Vec<f64>)>,
 }
@@ -155,7 +154,7 @@ impl Report {
         self.histograms.push((name.to_owned(), samples.micros()));
     }
 
-    /// Holds the row `name` against the row `base`.
+    /// Compares the row `name` with the row `base`.
     pub(crate) fn compare(&mut self, name: &str, base: &str) {
         let Some(base) = self.rows.iter().find(|row| row.name == base).cloned() else {
             return;
@@ -163,6 +162,7 @@ impl Report {
         let Some(row) = self.rows.iter_mut().find(|row| row.name == name) else {
             return;
         };
+        // Without a ratio rather than an infinite one.
         let ratio = |a: f64, b: f64| (b > 0.0).then(|| a / b);
         row.ratio = ratio(row.p50, base.p50);
         row.ratio_p99 = ratio(row.p99, base.p99);
@@ -174,12 +174,12 @@ impl Report {
     ///
     /// # Errors
     ///
-    /// When `out` does not take it.
+    /// When `out` refuses it.
     pub(crate) fn write(&self, out: &mut impl Write, json: bool) -> io::Result<()> {
         if json {
             return writeln!(out, "{}", serde_json::to_string(self)?);
         }
-        // One unit is said once, several behind its figures.
+        // A single unit is named once, several behind each figure.
         let unit = self.rows.first().map_or("us", |row| row.unit);
         let mixed = self.rows.iter().any(|row| row.unit != unit);
         let units = if mixed {

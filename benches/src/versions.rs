@@ -1,4 +1,4 @@
-//! Versions of what the rows are compared with.
+//! Versions of the programs that the rows are compared with.
 
 use std::process::Command;
 
@@ -19,7 +19,8 @@ fn locked<'a>(lock: &'a str, package: &str) -> Option<&'a str> {
     Some(rest.split_once('"')?.0)
 }
 
-/// What `program --help` calls itself: the first line, such as `cyclictest V 2.80`.
+/// Name and version in the output of `program --help`: the first line, e.g. `cyclictest V
+/// 2.80`.
 pub(crate) fn of_program(program: &str) -> Option<String> {
     let output = Command::new(program).arg("--help").output().ok()?;
     let said = [output.stdout, output.stderr].concat();

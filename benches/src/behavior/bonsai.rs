@@ -1,6 +1,6 @@
-//! The tree of 27 nodes as bonsai-bt does it. Its root can either remember,
-//! and then asks no condition again while the job runs, or not, and then all
-//! sequences restart at each tick; neither is what ours does.
+//! The tree of 27 nodes in bonsai-bt. Its root can either remember, and then evaluates no
+//! condition again while the job runs, or not, and then all sequences restart at each tick;
+//! ours does neither.
 
 use std::hint::black_box;
 

@@ -1,5 +1,5 @@
-//! Instructions, counted by valgrind: that number is the same on a loaded
-//! machine. The difference of a short and a long run leaves the start out.
+//! Instructions, counted by valgrind: the number is the same on a loaded machine. The
+//! difference of a short and a long run leaves out the start.
 
 use std::process::Command;
 
@@ -7,7 +7,7 @@ use crate::report::Row;
 
 use super::subject::Subject;
 
-/// What the names of rows that count instructions end with.
+/// Suffix of the rows that count instructions.
 pub(crate) const SUFFIX: &str = ", instructions";
 const SHORT: u64 = 2_000;
 const LONG: u64 = 12_000;
@@ -15,7 +15,7 @@ const LONG: u64 = 12_000;
 /// Instructions of each subject's work.
 ///
 /// # Errors
-/// Why there are none.
+/// The reason why there are none.
 pub(crate) fn rows(all: &[Subject]) -> Result<Vec<Row>, String> {
     if Command::new("valgrind").arg("--version").output().is_err() {
         return Err("valgrind is not installed".to_owned());

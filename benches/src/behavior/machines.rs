@@ -10,7 +10,7 @@ use behavior::machine::{
 use super::statig;
 use super::subject::Subject;
 
-/// The table as an example of the library has it.
+/// The table of an example of the library.
 const PALLETIZING: &str = include_str!("../../../crates/behavior/examples/palletizing.toml");
 /// One bin: turned over, picked again, placed.
 const BIN: [&str; 5] = [
@@ -31,7 +31,7 @@ const PHASES: [&str; 8] = [
     "retract",
 ];
 
-/// Every other bin lies upside down; the layer never gets full.
+/// Every other bin is upside down; the layer is never full.
 #[derive(Default)]
 struct Bins {
     flipped: bool,
@@ -39,7 +39,7 @@ struct Bins {
 
 impl Actions for Bins {
     fn guard(&mut self, guard: GuardId) -> bool {
-        // In the order of the vocabulary: needs_flip comes first.
+        // In the order of the vocabulary: needs_flip is the first.
         self.flipped ^= guard.index() == 0;
         self.flipped && guard.index() == 0
     }
@@ -83,6 +83,7 @@ fn subject(
                 return;
             };
             next = (next + 1) % triggers.len();
+            // Lines of the trace are read after each event in a task as well.
             machine.clear_trace();
             let fired = machine.trigger(*trigger, &mut bins);
             assert!(fired.is_ok(), "{fired:?} in {}", machine.state_name());

@@ -8,7 +8,7 @@ use behavior::matrix::{Cell, Definition, EventSet, HandlerId, Handlers, Matrix, 
 
 use super::subject::Subject;
 
-/// The matrix as an example of the library has it.
+/// The matrix of an example of the library.
 const FILL_BIN: &str = include_str!("../../../crates/behavior/examples/fill_bin.toml");
 const HANDLERS: [&str; 8] = [
     "to_above_bin",
@@ -20,7 +20,7 @@ const HANDLERS: [&str; 8] = [
     "give_up",
     "aim_again",
 ];
-/// What is pending, step by step: one bin, picked and lost again.
+/// Pending events, step by step: one bin, picked and lost again.
 const STEPS: [&[&str]; 5] = [
     &["START", "NONE"],
     &["NONE"],
@@ -29,7 +29,7 @@ const STEPS: [&[&str]; 5] = [
     &["DETACHED", "GOAL_REACHED", "NONE"],
 ];
 
-/// Goes where its cell leads.
+/// Goes to the first state of its cell.
 struct Follow;
 
 impl Handlers for Follow {

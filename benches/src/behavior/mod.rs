@@ -1,6 +1,6 @@
-//! What behaviours cost: a tick of a tree, an event of a machine and of a
-//! matrix, a checkpoint; and the same work done by other libraries, in turns
-//! within one run. `robocell bench behavior` starts it.
+//! The cost of behaviours: a tick of a tree, an event of a machine and of a matrix, a
+//! checkpoint; and the same work in other libraries, in turns within one run. `robocell bench
+//! behavior` starts it.
 
 mod bonsai;
 mod instructions;
@@ -25,7 +25,7 @@ use subject::Subject;
 
 type Group = fn() -> Result<Vec<Subject>, Box<dyn Error>>;
 
-/// The rows in their order, in groups that are set up apart.
+/// The rows in their order, in groups that are set up separately.
 const GROUPS: [Group; 6] = [
     trees::subjects,
     || Ok(bonsai::subjects()),
@@ -35,6 +35,7 @@ const GROUPS: [Group; 6] = [
     tasks::subjects,
 ];
 
+// For the instruction counter: one row alone, a given number of times.
 pub(crate) fn only(row: &str, times: &str) -> Result<(), Box<dyn Error>> {
     let times: u64 = times.parse()?;
     for group in GROUPS {
@@ -60,6 +61,7 @@ pub(crate) fn bench(json: bool) -> Result<(), Box<dyn Error>> {
     report.notes.push(versions::note(&["bonsai-bt", "statig"]));
     report.rows.extend(rounds::times(&mut all));
     report.rows.extend(rounds::allocations(&mut all));
+    // Instructions are the same on a loaded machine, but need valgrind.
     match instructions::rows(&all) {
         Ok(rows) => report.rows.extend(rows),
         Err(why) => report

@@ -5,11 +5,12 @@ use cell_rt::{alloc, monotonic_ns};
 
 use super::subject::Subject;
 
-/// How often the work is done for one sample: several jobs of a tree.
+/// Repetitions of the work for one sample: several jobs of a tree.
 pub(crate) const TIMES: u64 = 1_000;
-/// What the names of rows that count allocations end with.
+/// Suffix of the rows that count allocations.
 pub(crate) const ALLOCATIONS: &str = ", allocations";
 /// Samples of each row.
+// Odd, so that the median is a sample.
 const ROUNDS: usize = 501;
 /// Rounds before the first sample: caches fill, lists grow.
 const WARM_UP: usize = 20;
@@ -42,7 +43,7 @@ fn row(name: &str, mut samples: Vec<f64>) -> Row {
     Row::new(name.to_owned(), samples.len(), figures).in_unit("ns")
 }
 
-/// Allocations each time the work is done, once it runs.
+/// Allocations per repetition of the work, after the warm-up.
 pub(crate) fn allocations(all: &mut [Subject]) -> Vec<Row> {
     let count = |subject: &mut Subject| {
         let before = alloc::count();

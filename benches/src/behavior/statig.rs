@@ -1,4 +1,4 @@
-//! The machines as statig does them: states and events are types, compiled in.
+//! The machines in statig: states and events are types, compiled in.
 
 use std::hint::black_box;
 
@@ -75,7 +75,7 @@ impl State<Ring> for Phase {
     }
 }
 
-/// Every other bin lies upside down; the layer never gets full.
+/// Every other bin is upside down; the layer is never full.
 #[derive(Default)]
 struct Palletizer {
     flipped: bool,

@@ -1,17 +1,17 @@
-//! What one row measures.
+//! The work of one row.
 
 /// Work that can be repeated.
 pub(crate) struct Subject {
     /// Name of the row.
     pub(crate) name: &'static str,
-    /// Row it is held against.
+    /// Row it is compared with.
     pub(crate) against: Option<&'static str>,
-    /// Does the work so many times.
+    /// Does the work that many times.
     pub(crate) work: Box<dyn FnMut(u64)>,
 }
 
 impl Subject {
-    /// Work held against nothing.
+    /// Work without comparison.
     pub(crate) fn new(name: &'static str, work: impl FnMut(u64) + 'static) -> Self {
         Self {
             name,
@@ -20,7 +20,7 @@ impl Subject {
         }
     }
 
-    /// The same, held against the row `peer`.
+    /// The same, compared with the row `peer`.
     pub(crate) fn against(self, peer: &'static str) -> Self {
         Self {
             against: Some(peer),

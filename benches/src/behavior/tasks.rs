@@ -11,7 +11,7 @@ use robocell_task::{Task, TraceLineText};
 use super::subject::Subject;
 
 const DEMO: &str = "franka-stack";
-/// Ticks before the state that is decided upon: on the way to the first cube.
+/// Ticks before the state used for the decision: on the way to the first cube.
 const TICKS: u32 = 300;
 
 /// A decision of each policy upon a state that stays the same, and its checkpoint.
@@ -31,7 +31,7 @@ struct Situation {
     status: ArmStatus,
 }
 
-/// A task that has begun.
+/// A task after its first decision.
 struct Begun {
     task: Task,
     state: Box<WorldState>,
@@ -72,6 +72,7 @@ impl Situation {
             decision: Decision::zeroed(),
             trace: Vec::with_capacity(robocell_task::output::ROOM_FOR_LINES),
         };
+        // The first decision sets the task up and is not measured.
         begun.decide();
         Ok(begun)
     }

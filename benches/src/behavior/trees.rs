@@ -10,15 +10,15 @@ use super::bonsai;
 use super::pick_place::{pick_and_place, run};
 use super::subject::Subject;
 
-/// Row of the tree that the other library's is like.
+/// Row of the tree that is like that of the other library.
 pub(crate) const TICK: &str = "tree, 27 nodes: tick";
 
-/// The tree with leaves that do nothing: a tick of it, and its record.
+/// The tree with empty leaves: a tick of it, and its record.
 pub(crate) fn subjects() -> Result<Vec<Subject>, Box<dyn Error>> {
     let mut ticked = pick_and_place()?;
     let mut saved = pick_and_place()?;
     let (mut shared, mut calls) = (Board::new(), 0);
-    // Somewhere within the job.
+    // In the middle of the job.
     for tick in 0..35 {
         saved.tick(Duration::from_millis(tick), &mut shared, &mut calls);
     }

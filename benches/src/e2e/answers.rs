@@ -1,5 +1,5 @@
-//! How long after a state its command was sent, of every tick: physics tells only figures
-//! of a second, so that the recorder is asked, which always records.
+//! Time from a state to its command, of every tick: physics reports figures of a second only,
+//! so the recording is read, which always exists.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -13,7 +13,7 @@ use crate::report::Samples;
 /// Generation of its writer, and number.
 type Key = (u32, u64);
 
-/// From the sending of each state to that of the command of arm 0 made from it.
+/// From the publication of each state to that of the command of arm 0 computed from it.
 pub(super) fn answers(flight_dir: &Path) -> Result<Samples, RecordError> {
     let recording = Recording::open(flight_dir)?;
     let mut sent: BTreeMap<Key, u64> = BTreeMap::new();
@@ -35,6 +35,7 @@ pub(super) fn answers(flight_dir: &Path) -> Result<Samples, RecordError> {
         }
     }
     let mut samples = Samples::with_capacity(commands.len());
+    // Commands whose state is not in the ring any more have no time.
     for (state, at_ns) in commands {
         if let Some(sent_ns) = sent.get(&state) {
             samples.record(at_ns.saturating_sub(*sent_ns));

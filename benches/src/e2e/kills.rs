@@ -1,34 +1,35 @@
-//! How long a cell is without a task after kill -9.
+//! Time without a task after kill -9.
 
 use crate::report::{Row, Samples};
 use cell_rt::process::{SIGKILL, kill};
 
 /// Kills.
+// Enough for a median; each costs the spacing below.
 const KILLS: usize = 10;
-/// Between two of them (ns): nearer ones would be a crash loop, and the
-/// supervisor would give the task up.
+/// Interval of the kills (ns): shorter ones would be a crash loop, and the supervisor would
+/// give up the task.
 const SPACING_NS: u64 = 2_500_000_000;
 
-/// What is known of the task at one moment.
+/// State of the task at one moment.
 pub(super) struct Sighting {
-    /// Pid and generation of a task that runs.
+    /// Pid and generation of a running task.
     pub(super) task: Option<(u32, u32)>,
-    /// Generation that took the newest decision, and when it was sent (ns).
+    /// Generation of the newest decision, and its publication time (ns).
     pub(super) decision: (u32, u64),
 }
 
-/// Kills the task again and again, each time that it decides and has for a while.
+/// Kills the task repeatedly, each time after it has decided for a while.
 #[derive(Default)]
 pub(super) struct Kills {
     waits: Samples,
-    /// When (ns) which generation was killed.
+    /// Time (ns) of the last kill and the generation killed.
     killed: Option<(u64, u32)>,
     next_ns: u64,
 }
 
 impl Kills {
-    /// One look at `now_ns`; true when all is measured. `strike` kills a pid;
-    /// false when there was nothing to kill.
+    /// One step at `now_ns`; true when all is measured. `strike` kills a pid; it returns false
+    /// if the process has ended.
     pub(super) fn turn(
         &mut self,
         now_ns: u64,
@@ -37,11 +38,14 @@ impl Kills {
     ) -> bool {
         let (decides, sent_ns) = look.decision;
         match (self.killed, look.task) {
+            // A later generation: the killed one may have decisions that are still being
+            // delivered.
             (Some((killed_ns, old)), _) if decides > old => {
                 self.waits.record(sent_ns.saturating_sub(killed_ns));
                 self.killed = None;
                 self.next_ns = now_ns + SPACING_NS;
             }
+            // Only a task that decides: a kill during its start would measure two starts.
             (None, Some((pid, generation))) if generation == decides && now_ns >= self.next_ns => {
                 self.killed = strike(pid).then_some((now_ns, generation));
             }
@@ -61,7 +65,7 @@ impl Kills {
     }
 }
 
-/// Kills process `pid`; false when it was gone.
+/// Kills process `pid`; false if it has ended.
 pub(super) fn strike(pid: u32) -> bool {
     kill(pid, SIGKILL).is_ok()
 }

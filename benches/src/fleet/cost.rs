@@ -12,31 +12,32 @@ use super::scenes::{self, DEMO};
 use crate::error::FleetError;
 use crate::report::{Report, Row, Samples};
 
-/// Above this exponent a cost is reported as one that needs a reason.
+/// A cost with a larger exponent is reported with its reason.
+// Above 1 by the error of a fit over noisy medians.
 const LINEAR: f64 = 1.15;
-/// Blocks of each size until it is the turn of the next one: a slow minute of the
-/// machine meets all of them.
+/// Blocks of each size before the turn of the next one: a slow minute of the machine affects
+/// all.
 const BLOCKS: usize = 5;
 /// Blocks of each size in a second of `--seconds`.
 const BLOCKS_PER_SECOND: f64 = 40.0;
-/// The length of the bench at which everything comes to rest before it is measured (s).
+/// Length of the bench at which everything is at rest before it is measured (s).
 const FULL_S: f64 = 5.0;
 
-/// The reason of an axis that is linear on a quiet machine.
+/// Reason of an axis that is linear on an idle machine.
 const UNKNOWN: &str = "No reason is known: measure again when the machine is idle";
 
-/// What grows.
+/// A size that grows.
 struct Axis {
     name: &'static str,
     sizes: &'static [usize],
     scene: fn(usize) -> Result<Cell, ModelError>,
     /// Ticks until it is at rest.
     settle_ticks: f64,
-    /// Why its exponent is above [`LINEAR`], where it is.
+    /// Reason if its exponent is above [`LINEAR`].
     reason: &'static str,
 }
 
-/// All that grow; each has the size 0, which the growth is counted from.
+/// All axes; each has the size 0, from which the growth is counted.
 const AXES: [Axis; 5] = [
     Axis {
         name: "obstacles",
@@ -76,11 +77,11 @@ const AXES: [Axis; 5] = [
     },
 ];
 
-/// What ticks.
+/// The part that ticks.
 enum Ticks {
     /// A whole cell.
     Cell(Box<OneProcess>),
-    /// Physics alone: without an arm there is no task.
+    /// Physics alone: a cell without an arm has no task.
     Physics(Box<World>),
 }
 
@@ -128,10 +129,12 @@ fn measure(axis: &Axis, seconds: f64) -> Result<Vec<(usize, Row)>, FleetError> {
             ticks: cell(axis, *size)?,
             samples: Samples::with_capacity(rounds * BLOCKS),
         };
+        // Settled and measured by the same code, so caches are warm; those samples are dropped.
         one.blocks(settle_blocks)?;
         one.samples = Samples::with_capacity(rounds * BLOCKS);
         all.push(one);
     }
+    // All sizes in each round: the exponent compares them with each other.
     for _ in 0..rounds {
         for one in &mut all {
             one.blocks(BLOCKS)?;
@@ -178,8 +181,8 @@ impl Ticks {
 }
 
 impl Sized {
-    /// Runs that many blocks of ticks, each with one decision; a sample is the mean tick
-    /// of a block.
+    /// Runs `count` blocks of ticks, each with one decision; a sample is the mean tick of a
+    /// block.
     fn blocks(&mut self, count: usize) -> Result<(), FleetError> {
         for _ in 0..count {
             let began_ns = monotonic_ns();

@@ -1,20 +1,21 @@
-//! How a cost grows with a size.
+//! Growth of a cost with a size.
 
-/// Sizes below this share of the largest are left out: constant parts of the cost and
-/// noise hide how it grows.
+/// Sizes below this share of the largest are left out: constant parts of the cost and noise
+/// hide its growth.
 const SMALLEST_SHARE: f64 = 0.1;
 /// Growth that is less than this share of the cost at size 0 may be noise.
 pub(super) const LEAST_GROWTH: f64 = 0.05;
 
-/// The exponent k of `cost(n) - cost(0) = b n^k`, by least squares of the logarithms,
-/// and from how many sizes; `costs` are sizes with their costs, and one of size 0.
-/// Nothing where fewer than two sizes cost [`LEAST_GROWTH`] more than size 0.
+/// The exponent k of `cost(n) - cost(0) = b n^k`, by least squares of the logarithms, and the
+/// number of sizes used; `costs` are sizes with their costs, including size 0. `None` if fewer
+/// than two sizes cost [`LEAST_GROWTH`] more than size 0.
 pub(super) fn exponent(costs: &[(usize, f64)]) -> Option<(f64, usize)> {
     let (_, base) = *costs.iter().find(|(size, _)| *size == 0)?;
     let largest = costs.iter().map(|(size, _)| *size).max()? as f64;
     let points: Vec<(f64, f64)> = costs
         .iter()
         .map(|(size, cost)| (*size as f64, cost - base))
+        // Growth of 0 has no logarithm.
         .filter(|(size, growth)| *size >= SMALLEST_SHARE * largest && *growth > LEAST_GROWTH * base)
         .map(|(size, growth)| (size.ln(), growth.ln()))
         .collect();
@@ -22,7 +23,7 @@ pub(super) fn exponent(costs: &[(usize, f64)]) -> Option<(f64, usize)> {
     Some((slope, points.len()))
 }
 
-/// Least squares; nothing for points that are one above the other.
+/// Least squares; `None` for points that are one above the other.
 fn slope(points: &[(f64, f64)]) -> Option<f64> {
     let count = points.len() as f64;
     let mean_x = points.iter().map(|(x, _)| x).sum::<f64>() / count;

@@ -1,4 +1,4 @@
-//! Cells of one process as fast as they go: what a core carries.
+//! Cells in one process at full speed: the number that a core carries.
 
 use std::iter;
 use std::sync::{Mutex, PoisonError};
@@ -21,14 +21,14 @@ use crate::report::Row;
 const TURNS: usize = 4;
 /// Ticks between two looks at the clock.
 const LOOK_TICKS: usize = 100;
-/// What the episodes are of: one cube to its mark.
+/// Demo of the episodes: one cube to its mark.
 const EPISODE: &str = "cube";
 
-/// What a thread did.
+/// Work of a thread.
 struct Work {
     simulated: Duration,
     wall: Duration,
-    /// On a processor; nothing where the kernel does not count it.
+    /// Time on a processor; `None` if the kernel does not count it.
     processor: Option<Duration>,
 }
 
@@ -51,6 +51,7 @@ pub(super) fn cells(seconds: f64) -> Result<Vec<Row>, FleetError> {
         for (jobs, (per_core, in_all)) in jobs.iter().zip(&mut figures) {
             let works = turn(*jobs, seconds / TURNS as f64)?;
             for work in &works {
+                // Per core by processor time, as another program may use the core as well.
                 let cost = work.processor.unwrap_or(work.wall);
                 per_core.push(work.simulated.div_duration_f64(cost));
             }
@@ -70,6 +71,7 @@ pub(super) fn cells(seconds: f64) -> Result<Vec<Row>, FleetError> {
 
 fn turn(jobs: usize, seconds: f64) -> Result<Vec<Work>, FleetError> {
     let cells: Vec<OneProcess> = (0..jobs).map(|_| cell()).collect::<Result<_, _>>()?;
+    // Cells are set up before the clock starts, one per thread, without anything shared.
     let results: Vec<Option<Result<Work, FleetError>>> = thread::scope(|scope| {
         let start = |sim| scope.spawn(move || work(sim, Duration::from_secs_f64(seconds)));
         let threads: Vec<_> = cells.into_iter().map(start).collect();
@@ -88,6 +90,7 @@ fn work(mut sim: OneProcess, budget: Duration) -> Result<Work, FleetError> {
             if sim.tick()? {
                 ticks += 1;
             } else {
+                // A finished job is followed by a new cell, so that the thread never idles.
                 sim = cell()?;
             }
         }
@@ -137,8 +140,8 @@ pub(super) fn episodes(seconds: f64) -> Result<Vec<Row>, FleetError> {
     Ok(rows.collect())
 }
 
-/// Episodes of all threads in a second, of at least one episode a thread. Those that end
-/// after `seconds` count too: without them long ones would be left out.
+/// Episodes of all threads per second, at least one per thread. Those that end after `seconds`
+/// count as well: without them long ones would be left out.
 fn rate(episodes: &Episodes<'_>, first: u64, seconds: f64) -> Result<f64, FleetError> {
     let ended = Mutex::new((0.0, 0.0, None));
     let (began, budget) = (Instant::now(), Duration::from_secs_f64(seconds));
@@ -154,6 +157,7 @@ fn rate(episodes: &Episodes<'_>, first: u64, seconds: f64) -> Result<f64, FleetE
         let mut ended = ended.lock().unwrap_or_else(PoisonError::into_inner);
         ended.0 += 1.0;
         ended.1 += one.wall_time.as_secs_f64();
+        // The first failure ends the bench: a rate of failing episodes is not a rate.
         if let Err(reason) = one.result {
             ended.2 = Some(reason);
         }

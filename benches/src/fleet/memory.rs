@@ -13,26 +13,26 @@ use crate::error::FleetError;
 use crate::procfs;
 use crate::report::{Report, Row};
 
-/// Cells at the first look, and at the second one. What was read to set up the first cells
-/// leaves free memory, which the next ones use.
+/// Number of cells at the first and at the second measurement. Reading the files of the first
+/// cells leaves free memory, which the next ones use.
 const FIRST: usize = 8;
 const CELLS: usize = 40;
 /// Ticks until a cell has all the memory that it works with.
 const TICKS: usize = 200;
 /// A cell of processes is up within this time, or the bench gives up.
 const PATIENCE_NS: u64 = 60_000_000_000;
-/// How often it is asked.
+/// Interval of the checks.
 const POLL: Duration = Duration::from_millis(200);
-/// What runs in a cell of processes after it is up, until its memory is read.
+/// Running time of a cell of processes before its memory is read.
 const RUN: Duration = Duration::from_secs(2);
 
-/// Adds the rows. The first part of the bench: memory that was freed by another one would
-/// be used again.
+/// Adds the rows. The first part of the bench: memory freed by another one would be used again.
 pub(super) fn run(report: &mut Report) -> Result<(), FleetError> {
     let mut cells = Vec::new();
     let (mut one, mut first) = (None, None);
     for count in 1..=CELLS {
         let mut sim = lockstep::cell()?;
+        // Run, not only made: memory is used when it is first written.
         for _ in 0..TICKS {
             sim.tick()?;
         }
@@ -88,7 +88,8 @@ fn of_processes() -> Result<Vec<(String, u64)>, FleetError> {
         source,
     })?;
     let measured = measure(&path, &name, &mut launcher);
-    // It takes its processes and its files with it.
+    // It ends its processes and deletes its files.
+    // SIGTERM, as SIGKILL would leave files of the cell.
     kill(launcher.id(), SIGTERM).ok();
     launcher.wait().ok();
     measured
@@ -114,7 +115,7 @@ fn measure(
     Err(FleetError::NotUp(name.to_owned()))
 }
 
-/// Name and id of each process of the cell; nothing until all are there.
+/// Name and id of each process of the cell; `None` until all are there.
 fn processes(path: &Path, name: &str) -> Option<Vec<(String, u32)>> {
     let mut command = Command::new(path);
     command.args(["status", "--cell", name, "--json"]);

@@ -1,8 +1,9 @@
-//! `robocell bench fleet`: what many cells cost, and how the cost of one grows.
+//! `robocell bench fleet`: the cost of many cells, and its growth with the size of one.
 //!
-//! Memory of a cell; cells that a core carries in lockstep; episodes per second over
-//! jobs; how long an episode takes to begin; the tick over the size of a cell, with the
-//! exponent; last, cells of processes in real time, one more at a time.
+//!
+//! Memory of a cell; cells that a core carries in lockstep; episodes per second over jobs; time
+//! to start an episode; the tick over the size of a cell, with the exponent; last, cells of
+//! processes in real time, one more at a time.
 
 mod cost;
 mod fit;
@@ -17,7 +18,7 @@ use std::path::PathBuf;
 use crate::error::FleetError;
 use crate::report::Report;
 
-/// What runs where nothing else is said.
+/// The demo, unless another one is named.
 const DEMO: &str = "franka-stack";
 
 const NOTES: [&str; 5] = [
@@ -31,24 +32,26 @@ const NOTES: [&str; 5] = [
 /// Measures and prints; `seconds` is the length of each part.
 pub(crate) fn run(seconds: f64, json: bool) -> Result<(), FleetError> {
     let mut report = Report::new("fleet", false, &NOTES.map(str::to_owned));
+    // First: memory freed by another part would be used again and not be counted.
     memory::run(&mut report)?;
     report.rows.extend(lockstep::cells(seconds)?);
     report.rows.extend(lockstep::episodes(seconds)?);
     start::run(&mut report, seconds)?;
     cost::run(&mut report, seconds)?;
+    // Last: it may load the machine so much that its heat and caches would affect the others.
     real_time::run(&mut report, seconds)?;
     report
         .write(&mut std::io::stdout().lock(), json)
         .map_err(FleetError::Output)
 }
 
-/// So many of them, in words.
+/// A count with its noun.
 fn count(count: usize, what: &str) -> String {
     let plural = if count == 1 { "" } else { "s" };
     format!("{count} {what}{plural}")
 }
 
-/// The launcher, which is beside this program.
+/// Path of the launcher, beside this program.
 fn program() -> Result<PathBuf, FleetError> {
     let own = std::env::current_exe().map_err(FleetError::Own)?;
     Ok(own.with_file_name("robocell"))

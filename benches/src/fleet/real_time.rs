@@ -14,11 +14,11 @@ use crate::e2e::{Series, WARM_UP_NS, WINDOW_NS, lateness, nanos, plan};
 use crate::error::FleetError;
 use crate::report::{Report, Row};
 
-/// Lateness p99 of this many times that of one cell ends the series.
+/// The series ends when the lateness p99 is this many times that of one cell.
 const LATE: f64 = 2.0;
 /// Lateness below it is noise of the clock and the scheduler (us): a twentieth of a tick.
 const LEAST_US: f64 = 50.0;
-/// Cells at most, for each core.
+/// Largest number of cells per core.
 const CELLS_PER_CORE: usize = 4;
 
 /// Lateness of the cells of one step, of all their seconds.
@@ -29,7 +29,7 @@ struct Late {
     fifo: bool,
 }
 
-/// What the cells of a step have in common.
+/// State shared by the cells of a step.
 struct Step {
     cells: usize,
     ready: AtomicUsize,
@@ -44,7 +44,7 @@ pub(super) fn run(report: &mut Report, seconds: f64) -> Result<(), FleetError> {
     for cells in 1..=most {
         let late = match step(cells, seconds) {
             Ok(late) => late,
-            // One cell has to run; of more the machine may be full.
+            // One cell has to run; with more of them the machine may be full.
             Err(failure) if cells == 1 => return Err(failure.into()),
             Err(failure) => {
                 let note = format!("real time, {}: {failure}", count(cells, "cell"));
@@ -55,6 +55,7 @@ pub(super) fn run(report: &mut Report, seconds: f64) -> Result<(), FleetError> {
         if late.fifo {
             report.scheduling = "fifo";
         }
+        // Below 50 us a ratio would compare noise with noise.
         let p99_us = add(report, cells, &late).max(LEAST_US);
         if p99_us >= LATE * *one_us.get_or_insert(p99_us) {
             break;
@@ -74,7 +75,7 @@ pub(super) fn run(report: &mut Report, seconds: f64) -> Result<(), FleetError> {
     Ok(())
 }
 
-/// Adds the rows of one step; the median lateness p99 of the later loop (us).
+/// Adds the rows of one step; returns the median lateness p99 of the later loop (us).
 fn add(report: &mut Report, cells: usize, late: &Late) -> f64 {
     let loops = [("controller", &late.controller), ("physics", &late.physics)];
     let p99s = loops.map(|(loop_, series)| {
@@ -87,7 +88,7 @@ fn add(report: &mut Report, cells: usize, late: &Late) -> f64 {
     p99s.into_iter().fold(0.0, f64::max)
 }
 
-/// So many cells at once.
+/// Runs so many cells at once.
 fn step(cells: usize, seconds: f64) -> Result<Late, Failure> {
     let step = Step {
         cells,
@@ -116,7 +117,7 @@ fn step(cells: usize, seconds: f64) -> Result<Late, Failure> {
     Ok(all)
 }
 
-/// One of them, from its start to its end. Its processes end with this thread.
+/// Runs one of them, from its start to its end. Its processes end with this thread.
 fn cell(index: usize, seconds: f64, step: &Step) -> Result<Late, Failure> {
     let name = format!("bench-{}-{index}", std::process::id());
     let live = LiveCell::start(plan(&name)?)?;
@@ -127,9 +128,11 @@ fn cell(index: usize, seconds: f64, step: &Step) -> Result<Late, Failure> {
             is_ready = true;
             step.ready.fetch_add(1, Ordering::Relaxed);
         }
+        // One failed cell ends the step: the others would run with less load than named.
         if step.failed.load(Ordering::Relaxed) {
             live.stop();
         }
+        // All cells are up before any is measured, as a start loads the machine.
         if step.ready.load(Ordering::Relaxed) < step.cells {
             return;
         }

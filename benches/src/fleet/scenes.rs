@@ -1,4 +1,4 @@
-//! Cells of any size: `reach`, an arm that holds, with more of one thing.
+//! Cells of any size: `reach`, a resting arm, with more of one thing.
 
 use cell_model::cells::cell::SpawnArea;
 use cell_model::random::Random;
@@ -6,7 +6,7 @@ use cell_model::{ArmSpec, Cell, Data, FixtureSpec, ModelError, ObjectSpec, Shape
 use cell_sim::eval::template;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
-/// The cell that all are made from.
+/// The cell on which all are based.
 pub(crate) const DEMO: &str = "reach";
 /// Outer edge lengths of a bin, and its walls (m).
 const BIN_M: [f64; 3] = [0.3, 0.2, 0.147];
@@ -14,18 +14,19 @@ const WALL_M: f64 = 0.004;
 /// Bins of a column, and columns of a row.
 const LEVELS: usize = 4;
 const COLUMNS: usize = 3;
-/// Edge of a cube, and from one to the next (m).
+/// Edge of a cube, and the distance from one to the next (m).
 const CUBE_M: f64 = 0.05;
 const PITCH_M: f64 = 0.1;
 const CUBES_IN_A_ROW: usize = 30;
 /// Height of the shoulder of the arm (m).
 const SHOULDER_M: f64 = 0.33;
-/// Objects stand from here on, out of reach of the arm (m).
+/// Distance at which objects are placed, out of reach of the arm (m).
 const OUT_OF_REACH_M: f64 = 1.1;
 
 /// Cubes in reach of the arm, on a shell around its shoulder.
 pub(super) fn obstacles(count: usize) -> Result<Cell, ModelError> {
     let mut cell = base()?;
+    // A fixed seed: each size has the obstacles of the smaller ones and some more.
     let mut random = Random::new(42);
     for index in 0..count {
         let angle = random.around_zero(std::f64::consts::PI);
@@ -65,7 +66,7 @@ pub(crate) fn cubes(count: usize) -> Result<Cell, ModelError> {
     Ok(cell)
 }
 
-/// Parts that fall into one bin that stands fast.
+/// Parts that fall into one fixed bin.
 pub(crate) fn pile(count: usize) -> Result<Cell, ModelError> {
     let mut cell = base()?;
     cell.fixtures.push(FixtureSpec {
@@ -97,7 +98,7 @@ pub(crate) fn pile(count: usize) -> Result<Cell, ModelError> {
     Ok(cell)
 }
 
-/// Bins that sleep when they rest, in columns of four.
+/// Bins that sleep when at rest, in columns of four.
 pub(crate) fn bins_asleep(count: usize) -> Result<Cell, ModelError> {
     let mut cell = base()?;
     for index in 0..count {
@@ -130,7 +131,7 @@ pub(super) fn arms(count: usize) -> Result<Cell, ModelError> {
     Ok(cell)
 }
 
-/// An arm that holds, on a floor.
+/// A resting arm on a floor.
 fn base() -> Result<Cell, ModelError> {
     template(DEMO, "").load_cell_from(&Data::checkout())
 }

@@ -1,4 +1,4 @@
-//! How an episode begins: in the process that is there, or in a new one.
+//! Start of an episode: in the same process, or in a new one.
 
 use std::hint::black_box;
 use std::process::{Command, Stdio};
@@ -17,7 +17,7 @@ use crate::report::{Report, Samples};
 
 /// The smallest cell, and the one of the other rows.
 const DEMOS: [&str; 2] = ["reach", DEMO];
-/// Turns through all ways in a second of `--seconds`, and at most.
+/// Turns through all ways per second of `--seconds`, and at most.
 const TURNS_PER_SECOND: f64 = 6.0;
 const MOST_TURNS: f64 = 60.0;
 /// Ticks of a cell before it is reset.
@@ -50,8 +50,10 @@ fn ways(report: &mut Report, demo: &str, turns: f64) -> Result<(), FleetError> {
     let mut turn = 0.0;
     while turn < turns {
         turn += 1.0;
+        // Another seed each turn, or the last way could use what the first has cached.
         spec.seed += 1;
         let [(_, reset), (_, restored), (_, seeded), (_, started)] = &mut ways;
+        // Moved first: a reset of a cell at its start would have nothing to do.
         advance(&mut sim)?;
         let began_ns = monotonic_ns();
         reset_in_place(&mut sim)?;
@@ -61,6 +63,7 @@ fn ways(report: &mut Report, demo: &str, turns: f64) -> Result<(), FleetError> {
         sim.restore(&snapshot)?;
         restored.record(monotonic_ns().saturating_sub(began_ns));
         let began_ns = monotonic_ns();
+        // Created and dropped within the measurement: both belong to a restart.
         black_box(fresh(&spec)?);
         seeded.record(monotonic_ns().saturating_sub(began_ns));
         let began_ns = monotonic_ns();
@@ -90,7 +93,7 @@ fn advance(sim: &mut OneProcess) -> Result<(), FleetError> {
     Ok(())
 }
 
-/// Physics goes back with the request; controllers and the task see it in the next tick.
+/// Physics resets with the request; controllers and the task see it in the next tick.
 fn reset_in_place(sim: &mut OneProcess) -> Result<(), FleetError> {
     let mut request = OperatorRequest::zeroed();
     request.action = OperatorAction::Reset.code();
@@ -99,7 +102,7 @@ fn reset_in_place(sim: &mut OneProcess) -> Result<(), FleetError> {
     Ok(())
 }
 
-/// `robocell run` for its first tick.
+/// `robocell run` with one tick.
 fn new_process(demo: &str, seed: u64) -> Result<(), FleetError> {
     let seed = seed.to_string();
     let words = ["run", demo, "--one-process", "--timeout", "0.001"];
@@ -110,7 +113,7 @@ fn new_process(demo: &str, seed: u64) -> Result<(), FleetError> {
         .stdin(Stdio::null())
         .stdout(Stdio::null())
         .stderr(Stdio::null());
-    // It ends as one that ran out of time.
+    // It ends like a run that was out of time.
     match command.status() {
         Ok(_) => Ok(()),
         Err(source) => Err(FleetError::Program { path, source }),

@@ -5,12 +5,12 @@ use ipc_types::Health;
 use crate::report::{Report, Row};
 
 const SECOND_NS: u64 = 1_000_000_000;
-/// Health speaks of the last second; a block has to be longer.
+/// Health has figures of the last second; a block has to be longer.
 const BLOCK_NS: u64 = 2 * SECOND_NS;
 /// Pairs of blocks, without and with the disturbance.
 const PAIRS: usize = 10;
 
-/// How late a controller was in the blocks of both kinds.
+/// Lateness of a controller in the blocks of both kinds.
 #[derive(Default)]
 pub(super) struct Blocks {
     /// p99 (us) of each block.
@@ -22,10 +22,11 @@ pub(super) struct Blocks {
 }
 
 impl Blocks {
-    /// One look at the controller's health; whether the block that runs is a disturbed
-    /// one; `None` when all are over.
+    /// Evaluates the controller's health; returns whether the present block is a disturbed one;
+    /// `None` after the last one.
     pub(super) fn turn(&mut self, now: u64, health: &Health) -> Option<bool> {
         let (began_ns, missed_before) = *self.began.get_or_insert((now, health.missed_cycles));
+        // Alternating: both kinds meet the same minutes of the machine.
         let kind = self.count % 2;
         if now - began_ns < BLOCK_NS {
             return Some(kind == 1);

@@ -1,4 +1,4 @@
-//! Programs that look at the page: one that behaves, and those that do not.
+//! Clients of the page: a normal viewer, and some that flood it.
 
 use std::net::{SocketAddr, TcpStream};
 use std::sync::Arc;
@@ -10,10 +10,11 @@ use cell_rt::clock::monotonic_ns;
 use serde_json::{Value, json};
 use tungstenite::{ClientRequestBuilder, Message, WebSocket};
 
-/// A command this often.
+/// Interval of the commands.
+// 50 a second, as a page sends while a person drags.
 const EVERY_NS: u64 = 20_000_000;
 
-/// Looks, and asks for what changes nothing where it is told to.
+/// Receives frames, and if requested sends commands without effect.
 pub(crate) struct Viewer {
     stop: Arc<AtomicBool>,
     frames: Arc<AtomicU64>,
@@ -21,7 +22,7 @@ pub(crate) struct Viewer {
 }
 
 impl Viewer {
-    /// Begins; `asks` says whether it sends commands, too.
+    /// Starts it; `asks`: whether it sends commands as well.
     pub(crate) fn start(address: SocketAddr, token: String, asks: bool) -> Self {
         let (stop, frames) = (Arc::new(AtomicBool::new(false)), Arc::default());
         let thread = std::thread::spawn({
@@ -39,7 +40,7 @@ impl Viewer {
         self.frames.load(Ordering::Relaxed)
     }
 
-    /// Round trips (ns), and frames seen.
+    /// Round trips (ns), and the number of frames received.
     pub(crate) fn stop(self) -> (Vec<u64>, u64) {
         self.stop.store(true, Ordering::Relaxed);
         let frames = Arc::clone(&self.frames);
@@ -64,7 +65,7 @@ fn look(
         if asks && now - sent_ns > EVERY_NS {
             id += 1;
             sent_ns = now;
-            // The cell runs already: physics takes it, and nothing changes.
+            // The cell is running already: physics accepts it, and nothing changes.
             let ask = json!({"id": id, "do": "resume"}).to_string();
             if socket.send(Message::text(ask)).is_err() {
                 return trips;
@@ -76,6 +77,7 @@ fn look(
             }
             Ok(Message::Text(text)) if text.contains("\"ack\"") => {
                 let answer: Value = serde_json::from_str(&text).unwrap_or_default();
+                // Only the answer to the newest command: older ones were already late.
                 if answer["id"] == json!(id) && answer["ok"] == json!(true) {
                     trips.push(monotonic_ns() - sent_ns);
                 }
@@ -87,14 +89,14 @@ fn look(
     trips
 }
 
-/// Sends as much as it can, and comes back when it was thrown out.
+/// Sends as much as it can, and connects again when it was disconnected.
 pub(crate) struct Flood {
     stop: Arc<AtomicBool>,
     thread: JoinHandle<u64>,
 }
 
 impl Flood {
-    /// Floods while `on` says so.
+    /// Floods while `on` is set.
     pub(crate) fn start(address: SocketAddr, token: String, on: Arc<AtomicBool>) -> Self {
         let stop = Arc::new(AtomicBool::new(false));
         let thread = std::thread::spawn({
@@ -104,7 +106,7 @@ impl Flood {
         Self { stop, thread }
     }
 
-    /// How often it was thrown out.
+    /// Number of disconnections.
     pub(crate) fn stop(self) -> u64 {
         self.stop.store(true, Ordering::Relaxed);
         self.thread.join().unwrap_or_default()
@@ -116,6 +118,8 @@ fn flood(address: SocketAddr, token: &str, stop: &AtomicBool, on: &AtomicBool) -
     let mut socket = None;
     while !stop.load(Ordering::Relaxed) {
         if !on.load(Ordering::Relaxed) {
+            // Disconnected between the blocks: an open idle connection would cost the monitor
+            // as well.
             socket = None;
             std::thread::sleep(Duration::from_millis(5));
             continue;
@@ -137,6 +141,7 @@ fn flood(address: SocketAddr, token: &str, stop: &AtomicBool, on: &AtomicBool) -
 fn connect(address: SocketAddr, token: &str) -> Option<WebSocket<TcpStream>> {
     let stream = TcpStream::connect_timeout(&address, Duration::from_secs(1)).ok()?;
     stream.set_nodelay(true).ok()?;
+    // With a limit: a page that hangs must not hang the bench.
     stream.set_read_timeout(Some(Duration::from_secs(2))).ok()?;
     stream
         .set_write_timeout(Some(Duration::from_secs(1)))

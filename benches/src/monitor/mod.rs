@@ -1,11 +1,12 @@
-//! `robocell bench monitor`: what the page costs, and whom.
+//! `robocell bench monitor`: the cost of the page, and who pays it.
 //!
-//! A private cell runs in real time with its page. One viewer looks at 60 Hz:
-//! the processor time of the monitor's threads, of which the recorder's has a
-//! budget of its own. Then the viewer sends a command every 20 ms, as a hand that
-//! drags does: round trips, and the processor time again. Then 16 clients flood
-//! the page in every second of ten pairs of blocks, and controllers say how late
-//! their cycles began. Last, in as many blocks, the monitor is killed.
+//!
+//! A private cell runs in real time with its page. One viewer receives 60 frames a second: the
+//! processor time of the monitor's threads; the recorder has a separate budget. Then the viewer
+//! sends a command every 20 ms, as a person does who drags: round trips, and the processor time
+//! again. Then 16 clients flood the page in every second of ten pairs of blocks, and
+//! controllers report the lateness of their cycles. Last, in as many blocks, the monitor is
+//! killed.
 
 mod blocks;
 mod client;
@@ -30,16 +31,15 @@ use launch::run::{End, LiveCell, Plan};
 use threads::Usage;
 
 const SECOND_NS: u64 = 1_000_000_000;
-/// The first seconds hold the start.
+/// The first seconds include the start.
 const WARM_UP_NS: u64 = 3 * SECOND_NS;
-/// Time between two kills of the monitor: one that lived shorter would be in a crash
-/// loop.
+/// Interval of the kills of the monitor: a shorter life would count as a crash loop.
 const KILL_NS: u64 = SECOND_NS + SECOND_NS / 10;
-/// Clients that flood.
+/// Number of flooding clients.
 const FLOODERS: usize = 16;
 
-/// Measures for `seconds` with one viewer that looks, as long with one that asks,
-/// then the blocks, and prints.
+/// Measures for `seconds` with one viewer without commands, as long with one that sends
+/// commands, then the blocks, and prints.
 pub(crate) fn run(seconds: f64, json: bool) -> Result<(), Failure> {
     let live = LiveCell::start(plan()?)?;
     let Some(secrets) = live.secrets().cloned() else {
@@ -57,7 +57,7 @@ pub(crate) fn run(seconds: f64, json: bool) -> Result<(), Failure> {
     bench.print(json)
 }
 
-/// A real-time run of a cell of its own, with a page.
+/// A real-time run of a private cell, with a page.
 fn plan() -> Result<Plan, Failure> {
     use clap::Parser;
     let cell = format!("bench-{}", std::process::id());
@@ -78,8 +78,8 @@ struct Bench {
     began_ns: Option<u64>,
     viewer: Option<Viewer>,
     usage: Option<(Usage, u64)>,
-    /// Percent of a core, of the monitor and its recorder: with a viewer that
-    /// looks, and with one that asks.
+    /// Percent of a core, of the monitor and its recorder: with a viewer without and with
+    /// commands.
     costs: Vec<[f64; 2]>,
     flood: Arc<AtomicBool>,
     flooders: Vec<Flood>,
@@ -120,7 +120,7 @@ impl Bench {
         })
     }
 
-    /// One look; true when everything was measured.
+    /// One step; true when everything was measured.
     fn turn(&mut self, now: u64, live: &LiveCell) -> bool {
         let began = *self.began_ns.get_or_insert(now);
         let since = now - began;
@@ -138,6 +138,7 @@ impl Bench {
                 self.end_look(now, live);
             }
         }
+        // Without health of the controller there is nothing to compare yet.
         let Some(health) = live.watch().health(Process::Controller(0)) else {
             return false;
         };
@@ -170,7 +171,7 @@ impl Bench {
         if self.viewer.is_none() {
             self.viewer = Some(Viewer::start(self.address, self.token.clone(), asks));
         }
-        // The first half second brings the story so far.
+        // The first half second includes the whole state.
         if self.usage.is_none() && self.viewer.as_ref().is_some_and(|v| v.frames() > 30) {
             self.usage = monitor(live).map(|pid| (Usage::of(pid), now));
         }
@@ -182,6 +183,7 @@ impl Bench {
             let seconds = (now - since) as f64 * 1.0e-9;
             Usage::of(pid).since(&before, seconds)
         });
+        // Not a number: a missing figure must not look like a cost of 0.
         self.costs.push(cost.unwrap_or([f64::NAN; 2]));
         if let Some(viewer) = self.viewer.take() {
             let (trips, frames) = viewer.stop();
@@ -190,7 +192,7 @@ impl Bench {
         }
     }
 
-    /// True when all blocks are over.
+    /// True after the last block.
     fn flood_in_turn(&mut self, now: u64, health: &Health) -> bool {
         if self.flooders.is_empty() {
             let start = |_| Flood::start(self.address, self.token.clone(), Arc::clone(&self.flood));
@@ -199,6 +201,7 @@ impl Bench {
         let block = self.flooded.turn(now, health);
         let floods = block == Some(true);
         self.flood.store(floods, Ordering::Relaxed);
+        // All are stopped before the kills, which must not be measured with a flood.
         if block.is_none() {
             self.refused = self.flooders.drain(..).map(Flood::stop).sum();
         }
@@ -218,6 +221,7 @@ impl Bench {
                 at(950) * 1.0e-3,
                 self.frames
             ),
+            // Both budgets are separate, so the report has to name them apart.
             "the monitor is all its threads but the recorder's, whose budget is its own".to_owned(),
             format!(
                 "missed cycles of the controller without and with {FLOODERS} flooding clients: {} and {}; \

@@ -9,7 +9,7 @@ use crate::procfs::on_processor;
 pub(crate) struct Usage(BTreeMap<String, u64>);
 
 impl Usage {
-    /// Of process `pid`; empty when it is gone.
+    /// Of process `pid`; empty if it has ended.
     pub(crate) fn of(pid: u32) -> Self {
         let mut by_name = BTreeMap::new();
         let tasks = fs::read_dir(format!("/proc/{pid}/task"));
@@ -17,14 +17,15 @@ impl Usage {
             let file = |name: &str| fs::read_to_string(task.path().join(name));
             let name = file("comm").unwrap_or_default().trim_end().to_owned();
             if let Some(used_ns) = file("schedstat").ok().as_deref().and_then(on_processor) {
+                // Threads of one name are one row: the runtime may have several.
                 *by_name.entry(name).or_default() += used_ns;
             }
         }
         Self(by_name)
     }
 
-    /// Percent of a core since `before`, `seconds` ago: of all threads but the
-    /// recorder, and of the recorder.
+    /// Percent of a core since `before`, `seconds` ago: of all threads except the recorder, and
+    /// of the recorder.
     pub(crate) fn since(&self, before: &Self, seconds: f64) -> [f64; 2] {
         let (mut others_ns, mut recorder_ns) = (0, 0);
         for (name, used_ns) in &self.0 {

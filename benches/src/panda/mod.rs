@@ -16,14 +16,14 @@ use crate::python::PythonStepper;
 use crate::report::{Report, Samples};
 use sine::Sine;
 
-/// The demo whose cell and job this is.
+/// The demo of this cell and job.
 const DEMO: &str = "franka-stack";
 const TICK: &str = "panda and 4 cubes, tick";
 const STEP: &str = "panda and 4 cubes, physics step";
 const PEER: &str = "panda and 4 cubes, mj_step";
 /// Ticks of each row; the job takes longer.
 const TICKS: usize = 20_000;
-/// Ticks of one row before it is the next one's turn.
+/// Ticks of one row before the turn of the next.
 const CHUNK: usize = 100;
 /// A sample is the mean of so many ticks in a row, one of which has a decision.
 const BLOCK: usize = 10;
@@ -41,7 +41,7 @@ struct Bench {
     sine: Sine,
     world: World,
     peer: Option<PythonStepper>,
-    /// What the call of the peer adds to the time of its step (ns).
+    /// Time that the call of the peer adds to its step (ns).
     call_ns: u64,
     tick: Samples,
     step: Samples,
@@ -72,7 +72,7 @@ impl Bench {
             step: Samples::default(),
             peer_step: Samples::default(),
         };
-        // The motion grows first; that is not measured.
+        // The start of the motion is not measured.
         for _ in 0..sine::START_TICKS / CHUNK {
             bench.chunk_of_steps();
         }
@@ -81,6 +81,7 @@ impl Bench {
     }
 
     fn rows(mut self, report: &mut Report, ticks: usize) -> Result<(), CoreError> {
+        // In turns: a slow minute of the machine affects all rows.
         for _ in 0..ticks / CHUNK {
             self.chunk_of_ticks()?;
             self.chunk_of_steps();
@@ -104,6 +105,8 @@ impl Bench {
                     return Ok(());
                 }
             }
+            // The mean of ten ticks, one of which has a decision: single ticks are of two
+            // kinds.
             let ns = monotonic_ns().saturating_sub(began_ns);
             self.tick.record(ns / BLOCK as u64);
         }

@@ -1,21 +1,22 @@
-//! The motion of an arm that moves free: a sine at each joint, as commands of a controller.
+//! The motion of an arm in free space: a sine at each joint, as commands of a controller.
 
 use cell_model::{ArmSpec, Dynamics, JointSpec};
 use ipc_types::{ArmCommand, GripperCommand, Header, Wire};
 use nalgebra::Vector3;
 use physics_proc::engine::settings::{GRAVITY, TICK_S};
 
-/// Around here (rad): the Panda stays within its limits and touches nothing.
+/// Centre of the motion (rad): the Panda stays within its limits and touches nothing.
 pub(super) const CENTRE: [f64; 7] = [0.0, -0.6, 0.0, -2.2, 0.0, 2.0, 0.785];
-/// So far (rad), so often (Hz).
+/// Amplitude (rad) and frequency (Hz).
 pub(super) const AMPLITUDE: f64 = 0.3;
 pub(super) const FREQUENCY_HZ: f64 = 0.5;
-/// The motion grows to that within this time (s).
+/// Time in which the motion grows to its full amplitude (s).
+// A sudden start would break acceleration limits, and physics would brake the arm.
 const START_S: f64 = 2.0;
-/// Ticks of it.
+/// Ticks of the start.
 pub(super) const START_TICKS: usize = 2_000;
 
-/// Where the joints are led to.
+/// Setpoints of the joints.
 pub(super) struct Sine {
     arm: ArmSpec,
     dynamics: Dynamics,
@@ -23,7 +24,7 @@ pub(super) struct Sine {
 }
 
 impl Sine {
-    /// At rest in the middle.
+    /// At rest at the centre.
     pub(super) fn new(arm: &ArmSpec) -> Self {
         Self {
             dynamics: Dynamics::new(&arm.robot),
@@ -37,6 +38,7 @@ impl Sine {
         let mut command = ArmCommand::zeroed();
         command.header = Header::caused_by::<ArmCommand>(self.ticks);
         self.ticks += 1;
+        // Numbers grow by one, or physics would take the command for an old one.
         (command.header.generation, command.header.seq) = (1, self.ticks);
         let [position, velocity, acceleration] = moved(self.ticks as f64 * TICK_S);
         let joints = CENTRE.len();
@@ -46,6 +48,7 @@ impl Sine {
         command.joint_positions[..joints].copy_from_slice(&positions);
         command.joint_velocities[..joints].copy_from_slice(&velocities);
         command.joint_accelerations[..joints].copy_from_slice(&accelerations);
+        // Feed-forward as of a controller: without it the drives would work against gravity.
         let gravity = Vector3::from(GRAVITY);
         let states = (&positions, &velocities, &accelerations);
         let efforts = self
@@ -64,9 +67,9 @@ impl Sine {
         command
     }
 
-    /// The same for `MuJoCo`'s position servos, which have neither a target of velocity nor
-    /// a feed-forward: both shift the target, as in our drives. By joint of the chain, from
-    /// where it starts (rad or m).
+    /// The same for `MuJoCo`'s position servos, which have neither a target of velocity nor a
+    /// feed-forward: both shift the target, as in our drives. By joint of the chain, from its
+    /// start position (rad or m).
     pub(super) fn controls(&self, command: &ArmCommand) -> Vec<f64> {
         let robot = &self.arm.robot;
         let mut controls = vec![0.0; robot.joints.len()];
@@ -88,7 +91,7 @@ fn moved(time_s: f64) -> [f64; 3] {
     let (sin, cos) = (rate * time_s).sin_cos();
     let wave = [sin, rate * cos, -rate * rate * sin].map(|value| AMPLITUDE * value);
     let s = (time_s / START_S).min(1.0);
-    // Of seventh degree: velocity, acceleration and jerk begin and end at 0.
+    // Of seventh degree: velocity, acceleration and jerk are 0 at both ends.
     let share = s.powi(4) * (35.0 - 84.0 * s + 70.0 * s.powi(2) - 20.0 * s.powi(3));
     let first = 140.0 * (s * (1.0 - s)).powi(3) / START_S;
     let second = 420.0 * (s * (1.0 - s)).powi(2) * (1.0 - 2.0 * s) / START_S.powi(2);

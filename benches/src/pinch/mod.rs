@@ -1,5 +1,5 @@
-//! How fast a held rod creeps out of a grasp, beside the time of a step: in this engine and
-//! in `MuJoCo`, in turns.
+//! Creep of a held rod out of a grasp, and the time of a step: in this engine and in `MuJoCo`,
+//! in turns.
 
 mod scene;
 
@@ -14,17 +14,18 @@ use crate::python::PythonStepper;
 use crate::report::{Report, Row, Samples};
 
 /// Forces of a finger (N).
+// 12 to 60 N: the range in which a kept contact point let a rod creep by 20 um/s (ADR 0028).
 const FORCES_N: [u32; 3] = [12, 30, 60];
 /// Ticks until the grasp is at rest, and in which its creep is measured.
 const SETTLE_TICKS: usize = 500;
 const TICKS: usize = 2_000;
-/// Ticks of one engine before it is the other's turn.
+/// Ticks of one engine before the turn of the other.
 const CHUNK: usize = 100;
-/// A sample is the mean of so many ticks: a step of a scene this small takes little more
-/// than a look at the clock, or than a call from Python.
+/// A sample is the mean of so many ticks: a step of a scene this small takes little more than
+/// reading the clock or a call from Python.
 const BLOCK: usize = 10;
 
-/// What a row of `MuJoCo` is set to, and its name.
+/// Settings and names of the rows of `MuJoCo`.
 const PEERS: [(&str, Settings); 2] = [
     (
         "MuJoCo",
@@ -46,7 +47,7 @@ const fn elliptic(option: &'static str) -> Settings {
     }
 }
 
-/// What holds the rod.
+/// The engine that holds the rod.
 enum Engine {
     Ours(Box<World>),
     MuJoCo(PythonStepper),
@@ -56,7 +57,7 @@ enum Engine {
 struct Held {
     name: String,
     engine: Engine,
-    /// Height of the rod when its creep begins to be measured (m).
+    /// Height of the rod at the start of the measurement of its creep (m).
     began_m: f64,
     times: Samples,
 }
@@ -91,6 +92,7 @@ fn compare(report: &mut Report, force_n: u32, ticks: usize) -> Result<(), CoreEr
         let name = format!("rod held with {force_n} N, {peer}");
         all.push(Held::new(name, Engine::MuJoCo(engine)));
     }
+    // The grasp settles first: contacts sink in, which is not creep.
     in_turns(&mut all, SETTLE_TICKS);
     for held in &mut all {
         (held.began_m, held.times) = (held.height(), Samples::default());
@@ -192,7 +194,7 @@ mod tests {
             };
             let (began_m, _) = after(SETTLE_TICKS);
             let (ended_m, gripper) = after(1_000);
-            // A hundredth of what MuJoCo creeps in the second without noslip.
+            // A hundredth of MuJoCo's creep without noslip.
             assert!((ended_m - began_m).abs() < 0.3e-6, "{began_m} {ended_m}");
             assert_eq!(gripper.held_object, 1);
             assert!(

@@ -1,10 +1,10 @@
 //! A rod between two fingers: the scene of <https://github.com/google-deepmind/mujoco/issues/3328>.
 //!
-//! From there: a capsule of 45 g with a radius of 4 mm, horizontal, between two pads of
-//! 16 x 60 x 40 mm and 200 g that slide along x, damped with 100 N s/m, 0.5 mm from it at the
-//! start; friction 0.7; gravity along the pads. Not from there: the length of the capsule,
-//! and that each finger presses with a given force, where the drives of that scene press with
-//! what their contacts leave of a target 2 mm beyond the surface.
+//! Taken from it: a capsule of 45 g with a radius of 4 mm, horizontal, between two pads of 16 x
+//! 60 x 40 mm and 200 g that slide along x, damped with 100 N s/m, 0.5 mm from it at the start;
+//! friction 0.7; gravity along the pads. Different: the length of the capsule, and each finger
+//! presses with a given force, while the drives of that scene press with the rest of a target 2
+//! mm beyond the surface that their contacts allow.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -64,7 +64,7 @@ pub(super) fn cell(force_n: f64) -> Result<Cell, CoreError> {
     Ok(cell)
 }
 
-/// Two fingers at a base that does not move. What motion policies need is of `other`.
+/// Two fingers at a fixed base. The parts for motion policies are those of `other`.
 fn fingers(other: &Robot, force_n: f64) -> Result<Robot, CoreError> {
     let names = ["left", "right"];
     let joints = names.iter().zip([-1.0, 1.0]).map(|(name, side)| Joint {
@@ -122,7 +122,7 @@ fn base() -> Link {
     }
 }
 
-/// A pad whose surface is in the middle at the position 0 of its joint.
+/// A pad whose surface is in the middle at position 0 of its joint.
 fn pad(name: &str, side: f64) -> Link {
     let [x, y, z] = PAD_M;
     let center = Vector3::new(0.5 * side * x, 0.0, 0.0);
@@ -155,7 +155,7 @@ fn finger_spec(force_n: f64) -> JointSpec {
     }
 }
 
-/// Tells the fingers to close; the command that answers `tick`.
+/// The command for `tick` that closes the fingers.
 pub(super) fn close(tick: u64) -> ArmCommand {
     let mut command = ArmCommand::zeroed();
     command.header = Header::caused_by::<ArmCommand>(tick);
@@ -163,5 +163,5 @@ pub(super) fn close(tick: u64) -> ArmCommand {
     command
 }
 
-/// The same as controls of `MuJoCo`'s servos, from where the fingers start (m).
+/// The same as controls of `MuJoCo`'s servos, from the start of the fingers (m).
 pub(super) const CLOSED: [f64; 2] = [-OPEN_M; 2];

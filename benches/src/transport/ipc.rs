@@ -1,5 +1,5 @@
-//! `bench ipc`: round trips between two processes, over the cell's topics and
-//! over everything else one could take.
+//! `bench ipc`: round trips between two processes, over the cell's topics and over the
+//! alternatives.
 
 use std::fs::File;
 use std::io::Read;
@@ -40,10 +40,11 @@ impl Default for Plan {
 }
 
 /// Round trips before the measured ones of a block.
+// Caches and branch predictors are of the last block's link.
 const WARM_UP: usize = 20;
 const PERIOD_NS: u64 = 1_000_000;
 
-/// What to know when reading the rows.
+/// Notes for reading the rows.
 const NOTES: [&str; 3] = [
     "round trips between two processes on two cores; every byte of the payload written and read",
     "topic adds to bare a header, a fence and a check of every value, which is one more look at \
@@ -89,12 +90,13 @@ fn measure(plan: Plan, command: impl Fn(&BenchRun) -> Command) -> Result<Report,
     for round in 0..plan.rounds {
         let links = bench.links.all.len();
         for step in 0..links {
-            // Another order every round, so that no row always follows the same.
+            // Another order in every round, so that no row always follows the same one.
             let link = (step * 7 + round * 5) % links;
             bench.run_block(link, plan.hot, false)?;
             bench.run_block(link, plan.paced, true)?;
         }
     }
+    // Back to the normal class: printing must not hold up the machine.
     cell_rt::priority::set_other().map_err(io("leave real-time scheduling"))?;
     let mut report = Report::new("ipc", granted.fifo, &granted.refused);
     report.notes.extend(NOTES.map(str::to_owned));
@@ -157,6 +159,7 @@ impl Bench {
         };
         let mut grid = Grid::new(PERIOD_NS, monotonic_ns(), self.fifo);
         for round_trip in 0..WARM_UP + count {
+            // Warm-up trips are not paced: they only fill caches.
             let measured = round_trip >= WARM_UP;
             if paced && measured {
                 grid.wait();
@@ -164,6 +167,8 @@ impl Bench {
                 grid.restart(monotonic_ns());
             }
             *number += 1;
+            // From before the send to after the read of every byte: the time a user of a link
+            // pays.
             let start_ns = monotonic_ns();
             link.send(*number)?;
             link.receive(*number)?;
@@ -189,8 +194,8 @@ impl Bench {
         for pace in ["hot", "paced"] {
             for payload in PAYLOADS {
                 for way in WAYS.iter().filter(|way| **way != "raw") {
-                    // Our layer answers for what it adds to the transport, the
-                    // transports for what they add to bare memory.
+                    // Our layer is compared with the transport below it, the transports with
+                    // plain memory.
                     let base = if way.starts_with("topic") {
                         "bare"
                     } else {
@@ -231,6 +236,7 @@ impl Peer {
         self.output = Some(File::from(
             from.try_clone().map_err(io("copy a descriptor"))?,
         ));
+        // With a limit: a second process that fails at its start never connects.
         listener.set_nonblocking(true).map_err(io("listen"))?;
         let end_ns = monotonic_ns() + super::site::PATIENCE_NS;
         loop {
@@ -251,7 +257,7 @@ impl Peer {
         }
     }
 
-    /// Reads the pipe up to the word that everything is open.
+    /// Reads the pipe up to the message that everything is open.
     fn wait_until_ready(&mut self) -> Result<(), BenchError> {
         let output = self.output.as_mut().ok_or(BenchError::Silent)?;
         let mut heard = Vec::new();

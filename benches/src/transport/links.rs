@@ -1,5 +1,5 @@
-//! Ways to hand a message to another process. Each writes every byte of the
-//! payload and reads every byte of it.
+//! Ways to pass a message to another process. Each writes every byte of the payload and reads
+//! every byte of it.
 
 use std::io::{Read, Write};
 
@@ -34,11 +34,12 @@ fn fill(values: &mut [f64], number: u64) {
     }
 }
 
-/// Looks at every value, and at the first one closely.
+/// Reads every value, and compares the first one.
 fn check(values: &[f64], number: u64) -> Result<(), BenchError> {
     let sum = values
         .iter()
         .fold(0_u64, |sum, value| sum.wrapping_add(value.to_bits()));
+    // The sum is used, or the compiler could skip the reading.
     core::hint::black_box(sum);
     let (sent, got) = (
         first_value(number),
@@ -51,10 +52,11 @@ fn check(values: &[f64], number: u64) -> Result<(), BenchError> {
     }
 }
 
-/// Spins until `poll` gives something, but not forever.
+/// Spins until `poll` returns a value, with a limit.
 fn spin<T>(mut poll: impl FnMut() -> Option<T>) -> Result<T, BenchError> {
     let mut end_ns = None;
     loop {
+        // The clock is read rarely: it would add to the round trip.
         for _ in 0..10_000 {
             if let Some(value) = poll() {
                 return Ok(value);
@@ -124,7 +126,7 @@ impl<T: Probe + TopicMessage> Channel for Topic<T> {
     }
 }
 
-/// iceoryx2 as it comes: the same message type, nothing around it.
+/// iceoryx2 without a layer: the same message type and nothing else.
 pub(crate) struct Bare<T: Probe> {
     publisher: BarePublisher<ipc::Service, T, ()>,
     subscriber: BareSubscriber<ipc::Service, T, ()>,
@@ -138,6 +140,8 @@ impl<T: Probe> Bare<T> {
             let name = ServiceName::new(name).map_err(bus)?;
             node.service_builder(&name)
                 .publish_subscribe::<T>()
+                // As `qos` has them: other limits would give the bare row another memory
+                // layout.
                 .max_publishers(8)
                 .max_subscribers(16)
                 .max_nodes(32)
@@ -159,7 +163,7 @@ impl<T: Probe> Channel for Bare<T> {
     fn send(&mut self, number: u64) -> Result<(), BenchError> {
         let mut sample = ipc_types::loan::loan(&self.publisher).map_err(bus)?;
         let message = sample.payload_mut();
-        // What any user of the transport sends: a number and a time.
+        // The least that any user of the transport sends: a number and a time.
         message.header_mut().seq = number;
         message.header_mut().publish_ns = monotonic_ns();
         fill(message.values_mut(), number);
@@ -218,7 +222,7 @@ impl Channel for Raw {
             from, copy, values, ..
         } = self;
         spin(|| from.read(number, copy).then_some(()))?;
-        // Bits to values costs nothing; it keeps the reading the same.
+        // The conversion costs nothing; it makes the reading the same as in the other rows.
         for (value, word) in values.iter_mut().zip(copy.iter()) {
             *value = f64::from_bits(*word);
         }

@@ -1,5 +1,5 @@
-//! `bench loop`: how late a 1 kHz cycle starts, and how late that of physics where it
-//! keeps a state of 1 MB.
+//! `bench loop`: lateness of the start of a 1 kHz cycle, and of physics that saves a state of 1
+//! MB.
 
 use std::process::Command;
 
@@ -13,9 +13,9 @@ use crate::report::{Report, Samples};
 use crate::versions;
 
 const PERIOD_NS: u64 = 1_000_000;
-/// Cycles of a row in one go, one second: rows take turns.
+/// Cycles of a row in one turn, one second: rows take turns.
 const BLOCK: usize = 1000;
-/// Goes of each row.
+/// Turns of each row.
 const ROUNDS: usize = 12;
 
 /// Another program that measures this, and its row.
@@ -28,8 +28,9 @@ const KEEPING: &str = "time of a tick that is spent on keeping";
 /// Measures and prints.
 pub(crate) fn run(json: bool) -> Result<(), BenchError> {
     let place = BenchRun::create()?;
-    // Its thread that writes gets neither real-time priority nor the core.
+    // Its writing thread gets neither real-time priority nor the core.
     let mut physics = KeptPhysics::new(&place.dir)?;
+    // The last core: interrupts are mostly on the first.
     let core = priority::core_count() - 1;
     let granted = priority::request(PHYSICS_PRIORITY, Some(core));
     let mut grid = Samples::with_capacity(ROUNDS * BLOCK);
@@ -43,7 +44,7 @@ pub(crate) fn run(json: bool) -> Result<(), BenchError> {
         physics.not_kept(&mut new_grid(granted.fifo), BLOCK, &mut not_kept);
         let both = (&mut kept, &mut keeping);
         physics.kept(&mut new_grid(granted.fifo), BLOCK, both);
-        // Once missing, it stays missing.
+        // Once missing, it is not tried again.
         cyclictest = match cyclictest {
             Some(samples) => cyclictest_block(samples, core, granted.fifo)?,
             None => None,
@@ -70,6 +71,7 @@ pub(crate) fn run(json: bool) -> Result<(), BenchError> {
     report.compare(KEPT, NOT_KEPT);
     let base = add_cyclictest(&mut report, cyclictest);
     report.compare("grid", base);
+    // Compared with itself it would be 1.
     if base != "nanosleep" {
         report.compare("nanosleep", base);
     }
@@ -78,7 +80,7 @@ pub(crate) fn run(json: bool) -> Result<(), BenchError> {
         .map_err(io("print"))
 }
 
-/// Adds the row of cyclictest, where it is installed; the row to compare with.
+/// Adds the row of cyclictest, if installed; returns the row to compare with.
 fn add_cyclictest(report: &mut Report, samples: Option<Samples>) -> &'static str {
     if let Some(samples) = samples {
         report.rows.push(samples.into_row(CYCLICTEST.to_owned()));
@@ -105,7 +107,7 @@ fn grid_block(samples: &mut Samples, fifo: bool) {
     }
 }
 
-/// What cyclictest does: an absolute sleep, nothing else.
+/// The method of cyclictest: an absolute sleep, nothing else.
 fn sleep_block(samples: &mut Samples) {
     let mut deadline_ns = monotonic_ns() + PERIOD_NS;
     for _ in 0..BLOCK {
@@ -115,8 +117,7 @@ fn sleep_block(samples: &mut Samples) {
     }
 }
 
-/// One go of cyclictest at the same priority on the same core; `None` when it
-/// is not installed.
+/// One turn of cyclictest at the same priority on the same core; `None` if it is not installed.
 fn cyclictest_block(
     mut samples: Samples,
     core: usize,
@@ -146,6 +147,7 @@ fn cyclictest_block(
     for latency_ns in latencies(&String::from_utf8_lossy(&output.stdout)) {
         samples.record(latency_ns);
     }
+    // Another version with another output: no figures instead of wrong ones.
     if samples.count() == before {
         return Err(BenchError::Foreign(CYCLICTEST));
     }

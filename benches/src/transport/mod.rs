@@ -1,7 +1,8 @@
-//! Benches of the ground the cell stands on: transport and clock.
+//! Benches of transport and clock.
 //!
-//! Ratios within one run are what counts: every row of a bench is measured in
-//! turn with the others, on the same cores, in the same minutes.
+//!
+//! Only ratios within one run are comparable: every row of a bench is measured in turn with the
+//! others, on the same cores, in the same minutes.
 
 pub(crate) mod ipc;
 mod links;
@@ -13,21 +14,21 @@ use thiserror::Error;
 
 use crate::error::CoreError;
 
-/// A bench could not be carried through.
+/// Errors of these benches.
 #[derive(Debug, Error)]
 pub(crate) enum BenchError {
-    /// A file, pipe, socket or process made trouble.
+    /// Error of a file, pipe, socket or process.
     #[error("the bench cannot {what}: {source}")]
     Io {
-        /// What was being done.
+        /// The operation that failed.
         what: &'static str,
-        /// Why it failed.
+        /// Reason of the failure.
         source: std::io::Error,
     },
     /// A scene whose state is kept.
     #[error("the bench has no scene: {0}")]
     Scene(#[from] CoreError),
-    /// Shared memory made trouble.
+    /// Error of shared memory.
     #[error("the bench has no transport: {0}")]
     Bus(String),
     /// The other process did not answer.
@@ -35,7 +36,7 @@ pub(crate) enum BenchError {
         "the bench's second process did not answer within 2 s; the machine may be overloaded, run it again"
     )]
     Silent,
-    /// What arrived is not what was sent.
+    /// The message received differs from the one sent.
     #[error("the bench received {got} for {sent}: this is a defect, please report it")]
     Wrong {
         /// First value sent.
@@ -43,12 +44,12 @@ pub(crate) enum BenchError {
         /// First value received.
         got: f64,
     },
-    /// The other program said something unexpected.
+    /// Unexpected output of another program.
     #[error("cannot read the result of {0}")]
     Foreign(&'static str),
 }
 
-/// Names what was being done when an operation failed.
+/// Names the operation that failed.
 pub(crate) fn io(what: &'static str) -> impl FnOnce(std::io::Error) -> BenchError {
     move |source| BenchError::Io { what, source }
 }

@@ -1,4 +1,4 @@
-//! What both processes of the bench open, and the part of the second one.
+//! Links that both processes of the bench open, and the main function of the second one.
 
 use std::fs::File;
 use std::io::Write as _;
@@ -16,6 +16,7 @@ use super::links::{Bare, Channel, Raw, Stream, Topic};
 use super::site::{BenchRun, Control, RUN};
 use super::{BenchError, bus, io};
 
+// Below the loops of a cell that may run on the same machine.
 /// SCHED_FIFO priority of both processes.
 pub(crate) const PRIORITY: i32 = 60;
 /// The ways, in the order of [`links_of`].
@@ -27,13 +28,13 @@ pub(crate) const PAYLOADS: [usize; 4] = [
     Probe4K::PAYLOAD,
     Probe16K::PAYLOAD,
 ];
-/// What the second process says when everything is open.
+/// Message of the second process when everything is open.
 pub(crate) const READY: &[u8] = b"\nbench peer ready\n";
 
 /// All links of one process, by payload and way.
 pub(crate) struct Links {
     pub(crate) all: Vec<Box<dyn Channel>>,
-    // The ports live on these.
+    // The ports belong to these.
     _bus: Bus,
     _node: Node<ipc::Service>,
 }
@@ -46,7 +47,7 @@ pub(crate) struct Wires {
 }
 
 impl Links {
-    /// Opens everything; `first` is the process that begins.
+    /// Opens everything; `first` is the process that sends first.
     pub(crate) fn open(place: &BenchRun, wires: &Wires, first: bool) -> Result<Self, BenchError> {
         let bus_ = Bus::join(&place.site, RUN, 1, "bench").map_err(bus)?;
         let node = NodeBuilder::new()
@@ -108,8 +109,8 @@ fn links_of<T: Probe + TopicMessage>(ends: &Ends) -> Result<[Box<dyn Channel>; 6
     ])
 }
 
-/// Asks for real-time scheduling on core 0 (`first`) or 1. With one core there
-/// is nothing to pin to, and a spinning process would keep the other out.
+/// Requests real-time scheduling on core 0 (`first`) or 1. With one core pinning is useless,
+/// and a spinning process would keep the other out.
 pub(crate) fn schedule(first: bool) -> priority::Granted {
     let cores = priority::core_count();
     priority::request(PRIORITY, (cores > 1).then_some(usize::from(!first)))
@@ -118,7 +119,7 @@ pub(crate) fn schedule(first: bool) -> priority::Granted {
 /// First argument of the second process.
 pub(crate) const WORD: &str = "peer";
 
-/// Runs the second process where the arguments say so: `peer DIR PREFIX`.
+/// Runs the second process if the arguments are `peer DIR PREFIX`.
 pub(crate) fn main() -> Option<ExitCode> {
     let mut arguments = std::env::args().skip(1);
     let (word, dir, prefix) = (arguments.next()?, arguments.next()?, arguments.next()?);
@@ -134,10 +135,11 @@ pub(crate) fn main() -> Option<ExitCode> {
     })
 }
 
-/// The second process: answers every message until the first one is gone. Its
-/// standard input and output are the pipes.
+/// The second process: answers every message until the first one has ended. Its standard input
+/// and output are the pipes.
 pub(crate) fn run(dir: &Path, prefix: &str) -> Result<(), BenchError> {
     let parent = cell_rt::process::parent_pid();
+    // A spinning process without its partner would take a core for good.
     cell_rt::process::die_with_parent(cell_rt::process::SIGKILL, parent)
         .map_err(io("follow its parent"))?;
     let place = BenchRun::join(dir.to_owned(), prefix.to_owned());
@@ -149,12 +151,14 @@ pub(crate) fn run(dir: &Path, prefix: &str) -> Result<(), BenchError> {
         socket: UnixStream::connect(place.socket()).map_err(io("reach the socket"))?,
     };
     let mut links = Links::open(&place, &wires, false)?;
+    // After all is open: opening at real-time priority would disturb the machine for no figure.
     schedule(false);
     let mut ready = copied(wires.to.try_clone()).map(File::from)?;
     std::io::Write::write_all(&mut ready, READY).map_err(io("report"))?;
     let alive = || cell_rt::process::parent_pid() == parent;
     let mut counts = vec![0; links.all.len()];
     for number in 1.. {
+        // Ends with the first process, also where the kernel's signal was lost.
         let Some(block) = control.await_order(number, alive) else {
             break;
         };
@@ -162,6 +166,7 @@ pub(crate) fn run(dir: &Path, prefix: &str) -> Result<(), BenchError> {
         let (Some(link), Some(count)) = (links.all.get_mut(index), counts.get_mut(index)) else {
             break;
         };
+        // The same number of messages on both sides, so no end of a block has to be sent.
         for _ in 0..block.count {
             *count += 1;
             link.receive(*count)?;

@@ -1,4 +1,4 @@
-//! Where the two processes of the bench meet.
+//! Files shared by the two processes of the bench.
 
 use std::fs::DirBuilder;
 use std::os::unix::fs::DirBuilderExt;
@@ -11,13 +11,13 @@ use cell_rt::{monotonic_ns, sleep_until};
 
 use super::{BenchError, io};
 
-/// Time the other process has for any answer.
+/// Time limit for any answer of the other process.
 pub(crate) const PATIENCE_NS: u64 = 2_000_000_000;
 /// Identity of the bench's run.
 pub(crate) const RUN: u64 = 1;
 
-/// A directory on tmpfs with the bus's root, the raw values, the socket and the
-/// control words in it. The process that made it wipes it.
+/// A directory on tmpfs with the bus's root, the raw values, the socket and the control words.
+/// The process that created it deletes it.
 #[derive(Debug)]
 pub(crate) struct BenchRun {
     pub(crate) dir: PathBuf,
@@ -26,11 +26,12 @@ pub(crate) struct BenchRun {
 }
 
 impl BenchRun {
-    /// Makes a new one, named by the own process id.
+    /// Creates a new one, named by the own process id.
     pub(crate) fn create() -> Result<Self, BenchError> {
         let id = std::process::id();
         let dir = PathBuf::from(format!("/dev/shm/robocell-bench-{id:x}"));
         let prefix = format!("rcb{id:x}_");
+        // Before any file: the segments are for this user only.
         cell_rt::process::private_umask();
         DirBuilder::new()
             .mode(0o700)
@@ -46,7 +47,7 @@ impl BenchRun {
         })
     }
 
-    /// The one another process made.
+    /// The one created by another process.
     pub(crate) fn join(dir: PathBuf, prefix: String) -> Self {
         Self {
             site: RunSite {
@@ -66,24 +67,24 @@ impl BenchRun {
 impl Drop for BenchRun {
     fn drop(&mut self) {
         if self.owned {
-            // What cannot be deleted now is no result of the bench; the name
-            // tells the next person what it is.
+            // Files that cannot be deleted now do not change the results; their name tells the
+            // next person that they are of a bench.
             cell_bus::wipe(&self.site).ok();
             std::fs::remove_dir_all(&self.dir).ok();
         }
     }
 }
 
-/// Words through which one process tells the other what to do next.
+/// Words through which one process orders the next block from the other.
 #[derive(Debug)]
 pub(crate) struct Control(SharedWords);
 
 /// One block of messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Block {
-    /// Which link.
+    /// Index of the link.
     pub(crate) link: u64,
-    /// How many messages.
+    /// Number of messages.
     pub(crate) count: u64,
 }
 
@@ -98,9 +99,9 @@ impl Control {
         &self.0.words()[index]
     }
 
-    /// Orders block number `number` (from 1 up) and waits until the other
-    /// process is on it.
+    /// Orders block number `number` (from 1 up) and waits until the other process has taken it.
     pub(crate) fn order(&self, number: u64, block: Block) -> Result<(), BenchError> {
+        // The number last, with release order: a reader that sees it sees link and count.
         self.word(1).store(block.link, Ordering::Relaxed);
         self.word(2).store(block.count, Ordering::Relaxed);
         self.word(0).store(number, Ordering::Release);
@@ -109,12 +110,13 @@ impl Control {
             if monotonic_ns() > end_ns {
                 return Err(BenchError::Silent);
             }
+            // Sleeping, as spinning here would compete with the other process on a single core.
             sleep_until(monotonic_ns() + 20_000);
         }
         Ok(())
     }
 
-    /// Waits for block number `number`; `None` when `alive` says no.
+    /// Waits for block number `number`; `None` when `alive` returns false.
     pub(crate) fn await_order(&self, number: u64, alive: impl Fn() -> bool) -> Option<Block> {
         while self.word(0).load(Ordering::Acquire) != number {
             if !alive() {

@@ -1,2 +1,2 @@
-//! The targets are in `tests/it/targets`: of the packages only tests may know all
-//! processes. The programs in `fuzz/` are built of the same files.
+//! The targets are in `tests/it/targets`: only tests may depend on all processes. The programs
+//! in `fuzz/` are built from the same files.

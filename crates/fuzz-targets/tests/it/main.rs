@@ -18,7 +18,7 @@ fn count() -> usize {
     asked.and_then(|text| text.parse().ok()).unwrap_or(400)
 }
 
-/// On a failure the input is in the message's file.
+/// The input of a failure is in the file named by the message.
 fn run(target: &Target, bytes: &[u8]) {
     let outcome = std::panic::catch_unwind(|| (target.run)(bytes));
     if outcome.is_err() {

@@ -21,8 +21,8 @@ const DEMOS: [(&str, &str); 4] = [
 /// Age limit of decisions a controller's checkpoint remembers (ticks).
 const LIMIT: u64 = 28;
 
-/// The first byte says of what: a task of [`DEMOS`], the file physics
-/// resumes from (8), or a controller (9).
+/// The first byte selects the owner: a task of [`DEMOS`], the file from which physics resumes
+/// (8), or a controller (9).
 pub(crate) const CHECKPOINT: Target = Target {
     name: "checkpoint",
     run: |bytes| {
@@ -79,7 +79,7 @@ fn record_file(state: &[u8]) -> Option<Vec<u8>> {
     Some([vec![8], bytes].concat())
 }
 
-/// The engine trusts the bytes of a state; the checksum of its file tells damaged ones.
+/// The engine trusts the bytes of a state; the checksum of its file reveals damage.
 fn physics(bytes: &[u8]) {
     let state = NamedTempFile::new().ok().and_then(|file| {
         std::fs::write(file.path(), bytes).ok()?;

@@ -69,10 +69,10 @@ pub(crate) const TUNING: Target = Target {
     corpus: || texts(all("robots", ".yaml")),
 };
 
-/// What is done with a cell that can be loaded.
+/// Use of a cell that can be loaded.
 #[derive(Clone, Copy, PartialEq)]
 enum Use {
-    /// Its task is made, which reads the behaviour file.
+    /// Its task is created, which reads the behaviour file.
     Task,
     /// It runs for some ticks.
     Run,
@@ -96,7 +96,7 @@ fn load(bytes: &[u8], file: &str, demo: &str, then: Use) {
             return;
         }
         work(&Data::dir(dir.path()), demo, then);
-        // The next target finds the file as it was.
+        // The next target finds the original file.
         let _restored = match before {
             Some(text) => std::fs::write(&path, text).is_ok(),
             None => std::fs::remove_file(&path).is_ok(),

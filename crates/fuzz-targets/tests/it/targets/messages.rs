@@ -1,4 +1,4 @@
-//! What clients and other processes send.
+//! Messages of clients and other processes.
 
 use cell_model::cells::script;
 use ipc_types::{
@@ -58,7 +58,7 @@ pub(crate) const COMMAND: Target = Target {
     },
 };
 
-/// The first byte says which message.
+/// The first byte selects the message.
 pub(crate) const MESSAGE: Target = Target {
     name: "message",
     run: |bytes| {

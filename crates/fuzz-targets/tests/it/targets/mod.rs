@@ -1,5 +1,5 @@
-//! Everything that reads what a person can type or another process can send, as
-//! functions of bytes: they must not panic, whatever the bytes are.
+//! All readers of input from people and other processes, as functions of bytes: they must not
+//! panic, for any bytes.
 //!
 //! The tests run each target on its corpus and on some thousand changed files of it; the
 //! programs in `fuzz/` run them for as long as one likes (docs/fuzzing.md).
@@ -15,9 +15,9 @@ mod recording;
 pub(crate) struct Target {
     /// Its name, also of its program in `fuzz/`.
     pub(crate) name: &'static str,
-    /// Reads the bytes, and uses what it read.
+    /// Reads the bytes, and uses the result.
     pub(crate) run: fn(&[u8]),
-    /// Valid inputs to begin with.
+    /// Valid inputs from which the changes start.
     pub(crate) corpus: fn() -> Vec<Vec<u8>>,
 }
 

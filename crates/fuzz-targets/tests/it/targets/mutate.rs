@@ -1,5 +1,5 @@
-//! Changes to valid inputs, for the short run in the tests: what a fuzzer with coverage
-//! finds in hours is not looked for here.
+//! Changes to valid inputs, for the short run in the tests: it does not replace the hours of a
+//! fuzzer with coverage.
 
 /// A generator of equal sequences for equal seeds (splitmix64).
 pub(crate) struct Random(pub(crate) u64);
@@ -19,7 +19,7 @@ impl Random {
     }
 }
 
-/// Put in the place of a number.
+/// Replacements for a number.
 const VALUES: [&str; 20] = [
     "nan",
     "inf",
@@ -87,7 +87,7 @@ fn change(bytes: &mut Vec<u8>, others: &[Vec<u8>], random: &mut Random) {
     }
 }
 
-/// Replaces the digits from some place on.
+/// Replaces the digits from some position on.
 fn replace_number(bytes: &mut Vec<u8>, random: &mut Random) {
     let from = random.below(bytes.len());
     let is_number = |byte: &u8| byte.is_ascii_digit() || b"+-.e".contains(byte);

@@ -1,4 +1,4 @@
-//! Recordings: files from anywhere.
+//! Recordings: files of any origin.
 
 use cell_record::{Channel, Message, Preamble, Recording, RecordingWriter, wire_bytes};
 use cell_sim::eval::template;
