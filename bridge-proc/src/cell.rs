@@ -12,7 +12,7 @@ use launch::rundir::RunDir;
 use thiserror::Error;
 
 /// Time limit for an answer of physics.
-// Longer than a restart of physics may take; the client waits as long.
+// Bounds the wait of a client during a restart of physics; commands are handled one by one.
 const PATIENCE: Duration = Duration::from_millis(500);
 
 /// Reasons why a cell cannot be joined.

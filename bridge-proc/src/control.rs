@@ -46,8 +46,7 @@ pub fn request(
         Command::Target { arm } => {
             let message: PoseStamped =
                 decode(payload).ok_or("the message is no geometry_msgs/msg/PoseStamped in CDR")?;
-            // The age first: an old target must be named as old, whatever else is wrong with
-            // it.
+            // The age first: an old target is refused as old, even if it has other defects.
             check_age(&message, attachment, now)?;
             must_lead(now)?;
             Ok(OperatorRequest {

@@ -57,8 +57,8 @@ impl Header {
         }
     }
 
-    // A wrong lineage is worse than a short one, so nothing is overwritten.
     /// Names one more input; beyond [`MAX_INPUTS`] the input is left out.
+    // A wrong lineage is worse than a short one, so nothing is overwritten.
     pub fn push_input(&mut self, input: Input) {
         if let Some(slot) = self.inputs.get_mut(self.input_count as usize) {
             *slot = input;

@@ -5,8 +5,8 @@ use crate::header::Header;
 use crate::validate::{Check, Invalid, Validate, code};
 use crate::wire::wire;
 
-// One sentence with its numbers; a longer note is cut with a mark.
 /// Bytes of a note.
+// One sentence with its numbers; a longer note is cut with a mark.
 pub const NOTE_BYTES: usize = 192;
 
 code! {

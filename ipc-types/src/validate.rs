@@ -5,9 +5,8 @@
 //!
 //! The limits are far outside of any cell, so that a valid message is never refused, and far
 //! inside of what disturbs the engine. A NaN or an infinite force on one body of a pile
-//! disabled
-//! six bodies in one step. A change must not break: every `f64` that reaches a computation is
-//! checked, by a comparison that is false for NaN.
+//! disabled six bodies in one step. A change must not break: every `f64` that reaches a
+//! computation is checked, by a comparison that is false for NaN.
 
 /// Largest coordinate in a cell (m).
 pub const MAX_POSITION_M: f64 = 1.0e3;

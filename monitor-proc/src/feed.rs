@@ -27,7 +27,7 @@ const FRAME_NS: u64 = 16_666_667;
 // As fast as a person reads figures.
 const STATUS_NS: u64 = 250_000_000;
 /// A process that publishes nothing for this time is silent.
-// A hundred health messages: far longer than any pause of a busy machine.
+// A hundred health messages: a shorter limit would call a starved process silent.
 const SILENCE_NS: u64 = 1_000_000_000;
 
 /// Reads what the page shows.

@@ -2,10 +2,8 @@
 //! for late joiners. Fed by the bus, by a replayed file, or by a test.
 //!
 //! Feeding never waits for a page: frames are replaced, and news beyond the buffer are replaced
-//! by
-//! the whole state. `join` and every `tell` hold one lock, so that a page gets each message
-//! either
-//! in its state or as news, never twice and never not at all.
+//! by the whole state. `join` and every `tell` hold one lock, so that a page gets each message
+//! either in its state or as news, never twice and never not at all.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -25,7 +23,7 @@ use crate::story::Story;
 use crate::story::history::History;
 
 /// News that a slow reader can be behind; then everything is sent again.
-// Some seconds of a busy task; more would only delay the full state.
+// Bounds memory: a page that is further behind gets the whole state instead.
 const WAITING_NEWS: usize = 512;
 
 /// The run as the page names it.

@@ -16,7 +16,7 @@ use crate::film::Film;
 const KEPT: usize = 4000;
 
 /// A restarted process is shown for at least this time (s).
-// A restart takes some 20 ms, which would be invisible on a timeline of minutes.
+// In lockstep simulated time waits for a restart, which would then have no length.
 const LEAST_DOWN_S: f64 = 0.02;
 
 /// A state from a moment on, until the next span of the lane.

@@ -187,7 +187,7 @@ impl PolicyFiles {
         // checked.
         let cells = self.scratch.join("cells");
         copy(&self.data.join("cells"), &cells, MAX_DEPTH).map_err(wrong)?;
-        // Robots are only read, and too large to copy for each check.
+        // Robots are only read, so a link is enough.
         symlink(self.data.join("robots"), self.scratch.join("robots")).map_err(wrong)?;
         fs::write(cells.join(&file.name), text).map_err(wrong)?;
         let out = self.run(&[

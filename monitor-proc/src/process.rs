@@ -1,11 +1,10 @@
 //! The monitor on the bus: reads the task's trace, writes its log, feeds the page.
 //!
 //! The monitor may be killed at any time and must not slow down the cell. So it only reads
-//! topics
-//! with overflow, sleeps instead of being woken, and continues files of an earlier start. Parts
-//! that can fail (page, recorder, scene) fail alone: their trouble is in the health note, and
-//! the
-//! rest continues. A change must not make `turn` wait for a page, a disk or another process.
+//! topics with overflow, sleeps instead of being woken, and continues files of an earlier
+//! start. Parts that can fail (page, recorder, scene) fail alone: their trouble is in the
+//! health note, and the rest continues. A change must not make `turn` wait for a page, a disk
+//! or another process.
 
 use std::fs::File;
 use std::sync::{Arc, mpsc};

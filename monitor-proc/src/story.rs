@@ -2,10 +2,9 @@
 //! taken, values, the log.
 //!
 //! The trace is text from another process, possibly of a recording of another version: every
-//! index
-//! is checked, every table has a limit, and a limit that is exceeded is reported once instead
-//! of
-//! growing. A page that joins late gets the same messages as one that saw every change.
+//! index is checked, every table has a limit, and a limit that is exceeded is reported once
+//! instead of growing. A page that joins late gets the same messages as one that saw every
+//! change.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 

@@ -10,7 +10,6 @@ pub(crate) const TIMES: u64 = 1_000;
 /// Suffix of the rows that count allocations.
 pub(crate) const ALLOCATIONS: &str = ", allocations";
 /// Samples of each row.
-// Odd, so that the median is a sample.
 const ROUNDS: usize = 501;
 /// Rounds before the first sample: caches fill, lists grow.
 const WARM_UP: usize = 20;

@@ -38,7 +38,7 @@ pub(crate) fn run(seconds: f64, json: bool) -> Result<(), FleetError> {
     report.rows.extend(lockstep::episodes(seconds)?);
     start::run(&mut report, seconds)?;
     cost::run(&mut report, seconds)?;
-    // Last: it may load the machine so much that its heat and caches would affect the others.
+    // Last, as it loads the machine until loops are late.
     real_time::run(&mut report, seconds)?;
     report
         .write(&mut std::io::stdout().lock(), json)

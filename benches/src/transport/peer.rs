@@ -16,8 +16,8 @@ use super::links::{Bare, Channel, Raw, Stream, Topic};
 use super::site::{BenchRun, Control, RUN};
 use super::{BenchError, bus, io};
 
-// Below the loops of a cell that may run on the same machine.
 /// SCHED_FIFO priority of both processes.
+// Below the loops of a cell that may run on the same machine.
 pub(crate) const PRIORITY: i32 = 60;
 /// The ways, in the order of [`links_of`].
 pub(crate) const WAYS: [&str; 6] = ["raw", "bare", "topic", "topic-untouched", "pipe", "socket"];

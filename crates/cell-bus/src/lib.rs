@@ -1,5 +1,5 @@
 //! Communication between the processes of a cell: iceoryx2 ports with the cell's rules built
-//! in.
+x
 //!
 //! The launcher's [`Keeper`] creates every service of a run; processes
 //! [`Bus::join`] and open what the table in [`ipc_types::topic`] gives them.

@@ -1,10 +1,9 @@
 //! The writer of a topic.
 //!
 //! What can go wrong: a reader is stopped, killed or slow. The rule: a publisher never waits
-//! for
-//! a reader, neither in `send` nor for memory; what a reader misses is the oldest, and it sees
-//! the gap in the sequence numbers. A change must not block here: with the transport's default
-//! strategy one send to a stopped reader took 2.0 s, and one to a killed reader 3.06 s.
+//! for a reader, neither in `send` nor for memory; what a reader misses is the oldest, and it
+//! sees the gap in the sequence numbers. A change must not block here: with the transport's
+//! default strategy one send to a stopped reader took 2.0 s, and one to a killed reader 3.06 s.
 
 use cell_rt::monotonic_ns;
 use iceoryx2::port::LoanError;

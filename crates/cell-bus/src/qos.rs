@@ -17,7 +17,7 @@ use ipc_types::{
 // start-up took it for good, and every later start failed.
 pub(crate) const MAX_PUBLISHERS: usize = 8;
 /// Processes of a cell, tools that look on, and slack as above.
-// A cell of two arms has six processes; the rest is for tools, tests and dead nodes.
+// A cell of two arms has five processes and the launcher; the rest is for tools and dead nodes.
 pub(crate) const MAX_NODES: usize = 32;
 /// A reader keeps the last good message while it looks at the next.
 // One borrowed message would have to be returned first, and a damaged newer one would then

@@ -4,8 +4,7 @@
 //! directory has files of an earlier run. The rules: the ring consists of closed files and one
 //! open file that is readable up to the last flush; the oldest file is removed before a new one
 //! is started; a message that the disk does not take is lost, counted, and named in the next
-//! file
-//! as a gap. Recording never stops for good and never stops the cell.
+//! file as a gap. Recording never stops for good and never stops the cell.
 //!
 //! A change must not break: `append_packed` reports every lost message; a file starts with run,
 //! scene and epoch, so that each can be read alone; the limit of bytes holds at every moment.

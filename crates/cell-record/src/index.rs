@@ -1,11 +1,9 @@
 //! Finds the chunks of a file, also of one that was not closed.
 //!
 //! Our files are written until a kill or a full disk ends them, so the index at the end of a
-//! file
-//! is not needed: the whole file is scanned by its record headers, and the first incomplete
-//! record
-//! is its end. Any length in it may be damaged; each is checked before memory is reserved or a
-//! position is computed.
+//! file is not needed: the whole file is scanned by its record headers, and the first
+//! incomplete record is its end. Any length in it may be damaged; each is checked before memory
+//! is reserved or a position is computed.
 
 use std::fs::File;
 use std::io::{BufReader, Read};

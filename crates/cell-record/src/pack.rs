@@ -2,9 +2,8 @@
 //! cell with one, the rest of a text. One pass over the words reduces most structs to a third.
 //!
 //! Packing runs for every message at 1 kHz beside the loops, with a budget of 1 % of one core
-//! for
-//! the whole recorder (ADR 0015); hence no general compression here, no branch per word, and no
-//! allocation.
+//! for the whole recorder (ADR 0015); hence no general compression here, no branch per word,
+//! and no allocation.
 
 /// Bytes of a word.
 const WORD: usize = 8;
@@ -15,8 +14,8 @@ const GROUP: usize = 64;
 const RUN: usize = 8;
 /// Bytes of the length at the front.
 const FRONT: usize = 4;
-// A damaged length must not reserve memory; the largest message has 20 kB.
 /// Longest struct (bytes); a longer one does not compile, see `entry.rs`.
+// A damaged length must not reserve memory; the largest message has 20 kB.
 pub(crate) const MAX_BYTES: usize = 1 << 20;
 
 /// Appends `bytes`, packed, to `out`: their number (u32); a mask (u64) for every

@@ -1,11 +1,9 @@
 //! Reads a recording: a file, or the directory of a flight recorder.
 //!
 //! A directory may be of a recorder that is running: its oldest file can disappear and its
-//! newest
-//! grow between two calls. A chunk that cannot be read is an error of that chunk; the rest of
-//! the
-//! recording stays readable. After a restart of physics the same time occurs more than once, so
-//! every search is along one history (`Line`).
+//! newest grow between two calls. A chunk that cannot be read is an error of that chunk; the
+//! rest of the recording stays readable. After a restart of physics the same time occurs more
+//! than once, so every search is along one history (`Line`).
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
@@ -149,7 +147,7 @@ impl Recording {
         let (mut look, mut back) = (Backwards::at(time_ns), 0);
         // A paused cell fills chunks with one state as long as it is paused.
         let mut instant = None;
-        // Backwards from the newest chunk: most of the message is found in the last one.
+        // Backwards from the newest chunk: most of the moment is found there.
         for place in (0..self.places.len()).rev() {
             let Some(epoch) = self.epoch_of(place, |c| c.start_ns <= time_ns) else {
                 continue;

@@ -62,8 +62,8 @@ fn arm_entities(arm: &Value) -> Vec<Value> {
     entities
 }
 
-// Foxglove has no capsule.
 /// A capsule is drawn as a cylinder of its whole length.
+// Foxglove has no capsule.
 fn primitives(entity: &mut Value, shape: &Shape, pose: &Value) {
     let shape = match *shape {
         Shape::Box { size_m } => json!({ "kind": "box", "size_m": size_m }),

@@ -35,8 +35,8 @@ fn has_capability(bit: u32) -> bool {
     held.is_some_and(|held| held >> bit & 1 == 1)
 }
 
-// Far above the depth of a cycle, far below the smallest stack of a thread (2 MiB).
 /// Bytes of stack [`prefault_stack`] touches.
+// An eighth of the stack of a thread (2 MiB), so that it fits on every thread.
 pub const STACK_PREFAULT: usize = 256 * 1024;
 
 /// Touches the stack below the caller once, so that no cycle meets a page fault

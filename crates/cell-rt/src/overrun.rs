@@ -82,7 +82,7 @@ fn usage() -> libc::rusage {
 }
 
 /// Cycles between two readings of the counters while no cycle is late.
-// At 1 kHz that is 15 µs in 100 ms; the delay explained is then at most 100 ms old.
+// At 1 kHz that is 15 µs in 100 ms, and the counters cover 100 ms at most.
 const LOOK: u32 = 100;
 
 /// Finds the cause of each late or long cycle of the thread that made it.

@@ -2,10 +2,8 @@
 //!
 //! A relative sleep adds its lateness to every period: the transport's timers drift by 0.5 to
 //! 1.3 %. And a sleeping thread wakes some 10 µs late even with real-time priority. So
-//! deadlines
-//! are absolute, and the last part is spun. A change must not catch up on missed cycles: a
-//! burst
-//! would break limits of acceleration (ADR 0003).
+//! deadlines are absolute, and the last part is spun. A change must not catch up on missed
+//! cycles: a burst would break limits of acceleration (ADR 0003).
 
 use crate::clock::{monotonic_ns, sleep_until};
 
@@ -154,8 +152,8 @@ pub fn wait_until_with(
     }
 }
 
-// As long as the spin of a normal thread: short against a cycle, long against a wake-up.
 /// Length of a nap of [`wait_until_with`].
+// Short against a cycle of 1 ms: a message is taken soon after its arrival.
 const NAP_NS: u64 = 50_000;
 
 #[cfg(test)]

@@ -28,7 +28,7 @@ const SLOT_HEADER: usize = 3;
 /// Largest record: a damaged length must not request more memory.
 const MAX_CAPACITY: usize = 64 * 1024 * 1024;
 /// Largest number of slots.
-// A damaged number of slots must not map more than that; the most that is used is 8.
+// Physics keeps the requests of people in as many; a damaged number must not map more.
 const MAX_SLOTS: usize = 64;
 
 /// The file of slots. Writing allocates nothing and makes no system call, unless the

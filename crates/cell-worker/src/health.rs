@@ -1,4 +1,8 @@
 //! The health of this process, published at 100 Hz.
+//!
+//! The launcher takes a message that does not arrive for a sign of a hang and kills the
+//! process. So every loop of a process, also one that waits, has to reach `publish_if_due`; and
+//! a full disk, a missing ring or a failed send must not end the process that reports them.
 
 use cell_bus::{Bus, BusError, Publisher};
 use cell_model::runs::incident::ring_path;
@@ -14,13 +18,15 @@ use crate::Start;
 /// Period of the message (ns).
 // Ten messages within the shortest hang limit of the launcher (100 ms).
 const PERIOD_NS: u64 = 10_000_000;
-/// Length of the window the figures are of (ns).
+/// Length of the window over which the figures are computed (ns).
+// A second holds 1,000 cycles of a loop, the least that gives a p99 of ten values.
 const WINDOW_NS: u64 = 1_000_000_000;
 
-/// How long a refused message is told (ns).
+/// Time for which a refused message is reported (ns).
+// One message among thousands would otherwise be gone from `status` before a person looks.
 const REFUSED_NS: u64 = 5_000_000_000;
 
-/// Measures the cycles of a process and publishes how it is doing.
+/// Measures the cycles of a process and publishes its health.
 pub struct HealthReporter {
     publisher: Publisher<Health>,
     message: Health,
@@ -50,12 +56,13 @@ fn single(value: f64) -> f32 {
     value as f32
 }
 
-/// When a cycle counts as late, and as too long (ns).
+/// Lateness and duration from which a cycle is an overrun (ns).
 fn limits(process: Process, is_lockstep: bool) -> (u64, u64) {
     match process {
         // No clock is involved.
         _ if is_lockstep => (u64::MAX, u64::MAX),
         Process::Physics | Process::Controller(_) => (TICK_NS / 2, TICK_NS),
+        // The task and the monitor sleep until a ring, so they have no deadline to be late for.
         Process::Task | Process::Monitor => (u64::MAX, DECISION_TICKS * TICK_NS),
     }
 }
@@ -71,6 +78,8 @@ impl HealthReporter {
             Scheduling::Other
         }
         .code();
+        // An incident without this ring is poorer; a process that does not start for it is
+        // worse.
         let black_box = BlackBox::open(&ring_path(&start.spec.run_dir, &process.name()));
         if let Err(error) = &black_box {
             crate::warn(format_args!(
@@ -84,6 +93,7 @@ impl HealthReporter {
             black_box: black_box.ok(),
             process,
             lockstep,
+            // The ring keeps 16 bits: enough to tell the starts within its four seconds apart.
             generation: u16::try_from(start.generation & 0xffff).unwrap_or(0),
             publisher: bus.publisher(TopicId::Health(process))?,
             message,
@@ -98,8 +108,8 @@ impl HealthReporter {
         })
     }
 
-    /// Counts a cycle that worked on `tick`, began `late_ns` after it should have, and
-    /// ends now; `values` are kept with it in the black box, under the names of
+    /// Counts a cycle that worked on `tick`, started at `began_ns`, `late_ns` after its
+    /// deadline, and ends now; `values` are kept with it in the black box, under the names of
     /// [`cell_model::runs::incident::value_names`].
     pub fn cycle(&mut self, tick: u64, began_ns: u64, late_ns: u64, values: [f64; VALUES]) {
         let body_ns = cell_rt::monotonic_ns().saturating_sub(began_ns);
@@ -107,6 +117,7 @@ impl HealthReporter {
         self.window_cycles += 1;
         self.lateness.record(late_ns);
         self.body.record(body_ns);
+        // Looked up now: a few cycles later the kernel's counters include other delays.
         let cause = self.overruns.cycle(late_ns, body_ns);
         let short = |ns: u64| u32::try_from(ns).unwrap_or(u32::MAX);
         if let Some(black_box) = &mut self.black_box {
@@ -122,7 +133,7 @@ impl HealthReporter {
         }
     }
 
-    /// Says how simulated time passes now: in lockstep no cycle is late.
+    /// Sets how simulated time passes from now on: in lockstep no cycle is late.
     pub fn set_lockstep(&mut self, lockstep: bool) {
         if std::mem::replace(&mut self.lockstep, lockstep) != lockstep {
             let (late_ns, body_ns) = limits(self.process, lockstep);
@@ -130,7 +141,7 @@ impl HealthReporter {
         }
     }
 
-    /// Counts a turn of a process that waits: it lives, but has nothing to do.
+    /// Counts a loop of a process that waits: it is alive without work.
     pub fn idle(&mut self) {
         self.message.cycles += 1;
     }
@@ -149,32 +160,35 @@ impl HealthReporter {
 
     /// Newest trouble in words; empty for none.
     pub fn note(&mut self, note: &str) {
+        // Compared first: formatting a text at 1 kHz costs more than comparing it.
         if self.message.note.as_str() != note {
             self.message.note = Text::new(note);
         }
     }
 
-    /// A promise that is not kept, in up to 185 bytes, until it is kept again (`None`). It
-    /// hides every note: `status`, `top`, the page and the launcher show it at once, the
-    /// summary of the run at the end.
+    /// Publishes a fault, in up to 185 bytes, until it is removed (`None`): a promise of the
+    /// cell that does not hold at present. It hides every note: `status`, `top`, the page and
+    /// the launcher show it at once, the summary of the run at the end.
     pub fn fault(&mut self, fault: Option<&str>) {
         self.fault = fault.map(|fault| Text::format(format_args!("{FAULT}{fault}")));
     }
 
-    /// A message of `topic` was refused, if `invalid` says why. It is told for some
-    /// seconds where there is no other note.
+    /// Records that a message of `topic` was refused, if `invalid` has the reason. It is
+    /// published for some seconds while there is no other note.
     pub fn refused(&mut self, topic: &'static str, invalid: Option<Invalid>, now_ns: u64) {
         if let Some(invalid) = invalid {
             self.refused = Some((topic, invalid, now_ns + REFUSED_NS));
         }
     }
 
-    /// Publishes if it is time; `tick` is the newest this process has seen.
+    /// Publishes if the period is over; `tick` is the newest this process has seen.
     pub fn publish_if_due(&mut self, tick: u64, now_ns: u64) {
         if now_ns < self.next_ns {
             return;
         }
         self.next_ns = now_ns + PERIOD_NS;
+        // The window is closed before the message is made, so its figures are of a whole
+        // window.
         let window_ns = now_ns.saturating_sub(self.window_began_ns);
         if window_ns >= WINDOW_NS {
             self.close_window(window_ns);
@@ -182,6 +196,8 @@ impl HealthReporter {
         }
         self.message.header = Header::caused_by::<Health>(tick);
         self.refused.take_if(|(.., until_ns)| now_ns > *until_ns);
+        // A copy: the note of the process must be there again once the refusal or fault has
+        // passed.
         let mut message = self.message;
         if let (true, Some((topic, invalid, _))) = (message.note.is_empty(), &self.refused) {
             message.note = Text::format(format_args!("refused a {topic}: {invalid}"));
@@ -189,7 +205,7 @@ impl HealthReporter {
         if let Some(fault) = self.fault {
             message.note = fault;
         }
-        // A message that was not sent is followed by another in 10 ms.
+        // A message that was not sent is followed by another one after 10 ms.
         let _sent = self.publisher.publish(|slot| *slot = message).is_ok();
     }
 

@@ -15,8 +15,8 @@ use ipc_types::topic::Process;
 
 use crate::orphan;
 
-// The same for every start, so the launcher must not restart in a loop.
 /// Configuration that cannot be used.
+// The same for every start, so the launcher must not restart in a loop.
 const EXIT_CONFIGURATION: u8 = 3;
 /// Anything else.
 const EXIT_FAILED: u8 = 1;

@@ -350,7 +350,6 @@ fn record(fields: &Fields<'_>) -> Result<Command, String> {
     let order = match what {
         "start" => RecordOrder::Start,
         "stop" => RecordOrder::Stop,
-        // A minute: the past that a person still remembers when pressing the button.
         _ if fields.is_missing("seconds") => RecordOrder::Last(60.0),
         _ => RecordOrder::Last(fields.number("seconds", 0.1, 1.0e6)?),
     };

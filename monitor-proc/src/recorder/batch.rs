@@ -117,7 +117,7 @@ impl Batch {
                 bytes: self.bytes.get(item.from..item.to).unwrap_or_default(),
             });
         }
-        // Buffers are kept: after the first seconds a reading allocates nothing.
+        // Buffers are kept, so that they grow only at the start.
         self.bytes.clear();
         for source in &mut self.sources {
             source.items.clear();

@@ -1,11 +1,9 @@
 //! Reads the taps.
 //!
-//! Order matters: states are read before the commands that answer them, and commands before the
-//! statuses and decisions that name them, so that latencies find their cause; `Batch` restores
-//! the
-//! order of publication for the file. Every message that a tap overwrote is counted and written
-//! as
-//! a gap on its channel.
+//! Order matters: states are read before the commands and decisions that answer them, and
+//! decisions before the statuses that name them, so that latencies find their cause; `Batch`
+//! restores the order of publication for the file. Every message that a tap overwrote is counted
+//! and written as a gap on its channel.
 
 use cell_bus::{Bus, BusError, Subscriber, TopicMessage};
 use cell_record::{Channel, foxglove, wire_bytes};
@@ -22,8 +20,8 @@ use super::hops::Hops;
 use super::sink::Sink;
 use super::whole::Whole;
 
-// 50 Hz: enough for a viewer, and a twentieth of the states.
 /// Ticks between two `foxglove.FrameTransforms`.
+// 50 Hz: enough for a viewer, and a twentieth of the states.
 const TRANSFORM_TICKS: u64 = 20;
 /// Interval of the health lines (ns of the monotonic clock).
 // The figures in it are those of a second.

@@ -1,12 +1,9 @@
 //! The thread of the recorder.
 //!
 //! What can go wrong: the bus cannot be joined, a tap overflows, the disk is full. The rules:
-//! the
-//! recorder keeps its file open and tries the bus again; it reads often enough that no buffer
-//! is
-//! full, and reports what was overwritten as a gap; the report for the launcher is written
-//! before
-//! anything that can end this process.
+//! the recorder keeps its file open and tries the bus again; it reads often enough that no
+//! buffer is full, and reports what was overwritten as a gap; the report for the launcher is
+//! written before anything that can end this process.
 
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
@@ -122,8 +119,8 @@ fn listen(job: &Job, sink: &mut Sink, report: &mut Report) -> Result<(), BusErro
                 report.write(sink.report());
             }
             Err(RecvTimeoutError::Timeout) => {}
-            // All senders are gone: the process ends, and the waiting messages are the end of the
-            // recording.
+            // All senders are gone: the process ends, and the waiting messages are the end of
+            // the recording.
             Err(RecvTimeoutError::Disconnected) => {
                 taps.drain(sink, &mut hops, now_ns);
                 return Ok(());

@@ -5,7 +5,7 @@ use crate::page::command::PlayOrder;
 /// Length of a tick (s).
 const TICK_S: f64 = 0.001;
 /// A longer pause is a machine that slept (s).
-// Without it the replay would leap by hours after the laptop was opened.
+// Without it the replay would leap by hours after the machine was suspended.
 const MAX_LEAP_S: f64 = 0.25;
 
 /// Time and speed of a replay.

@@ -1,8 +1,7 @@
 //! The policy of a live cell as a file: shown, checked and replaced.
 //!
 //! Three checks come before a text is looked at: the origin of the request, the operator's
-//! role,
-//! and that no other check is running. A viewer must not make the cell compile anything.
+//! role, and that no other check is running. A viewer must not start a program.
 
 use std::sync::Arc;
 
@@ -60,7 +59,7 @@ pub(super) async fn write(
     edit: Result<axum::Json<Edit>, JsonRejection>,
 ) -> Response {
     let gate = &served.site.gate;
-    // Another site in the same browser has the cookie as well; its origin gives it away.
+    // A page of another port of this host has the cookie as well; its origin tells.
     if !gate.is_from_us(&headers) {
         let text = "a page of another origin may not do this\n";
         return plain::line(StatusCode::FORBIDDEN, text);

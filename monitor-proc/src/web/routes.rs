@@ -289,7 +289,7 @@ async fn websocket(
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
 ) -> Response {
     let gate = &served.site.gate;
-    // Browsers let any site open a websocket, with the cookie: only the origin tells.
+    // Browsers let any site open a websocket: only the origin tells them apart.
     if !gate.is_from_us(&headers) {
         return plain::line(
             StatusCode::FORBIDDEN,

@@ -1,11 +1,10 @@
 //! The websocket of one page: the newest frame and all news to it, commands from it.
 //!
 //! A page may be slow, gone without a word, or hostile. The rules: every queue to and from a
-//! page
-//! is bounded; a page that does not read gets the newest frame later instead of all frames, and
-//! is
-//! closed when it reads nothing for ten seconds; no page can delay another one or the monitor.
-//! Frames may be skipped, news may not: a page that missed some is sent the whole state.
+//! page is bounded; a page that does not read gets the newest frame later instead of all
+//! frames, and is closed when it reads nothing for ten seconds; no page can delay another one
+//! or the monitor. Frames may be skipped, news may not: a page that missed some is sent the
+//! whole state.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
