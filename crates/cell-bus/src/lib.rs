@@ -1,12 +1,10 @@
-//! Communication between the processes of a cell: iceoryx2 ports with the cell's rules built
-x
+//! Communication between the processes of a cell: iceoryx2 ports with the rules of the cell.
 //!
-//! The launcher's [`Keeper`] creates every service of a run; processes
-//! [`Bus::join`] and open what the table in [`ipc_types::topic`] gives them.
-//! A [`Publisher`] writes a message in place and never blocks. A [`Subscriber`]
-//! takes the newest, drops messages of an older start of the writer and invalid ones, counts
-//! drops, and keeps the last good one. A [`Gate`]
-//! keeps a message back until the tick from which it may be used.
+//! The launcher's [`Keeper`] creates every service of a run; processes [`Bus::join`] and open
+//! the topics that the table in [`ipc_types::topic`] gives them. A [`Publisher`] writes a
+//! message in place and never blocks. A [`Subscriber`] takes the newest message, drops and
+//! counts those of an older start of the writer and invalid ones, and keeps the last good one.
+//! A [`Gate`] keeps a message back until the tick from which it may be used.
 //!
 //! A bus and its ports stay on the thread that made them; another thread joins
 //! for itself.

@@ -2,8 +2,8 @@
 //!
 //! Order matters: states are read before the commands and decisions that answer them, and
 //! decisions before the statuses that name them, so that latencies find their cause; `Batch`
-//! restores the order of publication for the file. Every message that a tap overwrote is counted
-//! and written as a gap on its channel.
+//! restores the order of publication for the file. Every message that a tap overwrote is
+//! counted and written as a gap on its channel.
 
 use cell_bus::{Bus, BusError, Subscriber, TopicMessage};
 use cell_record::{Channel, foxglove, wire_bytes};

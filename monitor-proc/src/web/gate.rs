@@ -1,16 +1,16 @@
 //! Decides which requests are answered: by the name of the server, the origin of the request,
 //! its token and its cookie.
 //!
-//! What can go wrong: any page in the user's browser can send requests to this machine, some with
-//! the cookie; another name may resolve to this address (DNS rebinding); another user of the
-//! machine can connect. The rules: a request must name this server by one of its own names; a
-//! request that changes something or stays open must come from our own page, or show the token;
-//! everything needs a role. Secrets are 128 random bits (ADR 0013) and compared in constant
-//! time.
+//! What can go wrong: any page in the user's browser can send requests to this machine, and
+//! one of another port of it with the cookie; another name may resolve to this address (DNS
+//! rebinding); another user of the machine can connect. The rules: a request must name this
+//! server by one of its own names; a request that changes something or stays open must come
+//! from our own page, or show the token; everything needs a role. Secrets are 128 random bits
+//! (ADR 0013) and compared in constant time.
 //!
 //! A change must not break: Host and Origin must not appear twice; an empty secret matches
-//! nothing; a request without an origin needs the token itself, as another port of this host is
-//! the same site, whose requests have the cookie.
+//! nothing; a request without an origin needs the token itself, as another port of this host
+//! is the same site, whose requests have the cookie.
 
 use std::io;
 use std::mem;
