@@ -74,7 +74,7 @@ fn of(action: OperatorAction) -> OperatorRequest {
     }
 }
 
-/// While the task moves the arm it ignores targets; the client must be told.
+/// While the task moves the arm it ignores targets; so the client gets a refusal.
 fn must_lead(now: &Situation<'_>) -> Result<(), String> {
     if now.world.panel.task_paused == 0 && now.policy != FOLLOWS {
         return Err("the task leads the arm; call /task/pause first".to_owned());

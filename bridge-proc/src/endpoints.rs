@@ -83,7 +83,7 @@ impl Stream {
 /// A command that a client with the token can send.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command {
-    /// Topic: lead the tool of an arm to a pose.
+    /// Topic: move the tool of an arm to a pose.
     Target {
         /// By place in the cell file.
         arm: u32,

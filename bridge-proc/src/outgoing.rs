@@ -146,7 +146,7 @@ impl<'a> Outgoing<'a> {
         for (id, (spec, state)) in (0..).zip(self.cell.objects.iter().zip(world.objects())) {
             let pose = isometry(&state.pose);
             let mut parts = shapes("object", id, &spec.shape, &pose, spec.colour);
-            // Deleted, not left out: a viewer keeps a marker until it is told otherwise.
+            // Deleted, not left out: a viewer keeps a marker until a message deletes it.
             for marker in &mut parts {
                 if !is_there(state) {
                     marker.action = Marker::DELETE;

@@ -341,7 +341,7 @@ fn of_query(index: usize, may_command: bool, query: Query) -> Arrived {
     }
 }
 
-/// A payload that is too long is not one of ours, and is refused as empty.
+/// A payload that is too long is not a valid command, and is refused as empty.
 fn bounded(bytes: Option<&zenoh::bytes::ZBytes>) -> Vec<u8> {
     let bytes = bytes.filter(|bytes| bytes.len() <= MOST_BYTES);
     bytes.map_or_else(Vec::new, |bytes| bytes.to_bytes().into_owned())

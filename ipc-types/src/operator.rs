@@ -24,13 +24,13 @@ code! {
         Reset = 4,
         /// Pull `object` to `pose` by a spring for `seconds` at most.
         Drag = 5,
-        /// Lead the arm: TCP target in the world frame.
+        /// Move the arm: TCP target in the world frame.
         Target = 6,
         /// [`GripperGoal`] in `count`.
         Gripper = 7,
         /// Start event of the task.
         TaskStart = 8,
-        /// Pause the task: the operator leads.
+        /// Pause the task: the operator moves the arm.
         TaskPause = 9,
         /// Let the task continue.
         TaskResume = 10,
@@ -44,12 +44,12 @@ code! {
         ScriptDone = 14,
         /// End the run: states have [`crate::world::FLAG_ENDING`] from then on.
         End = 15,
-        /// Lead the arm: joint target in `joints`.
+        /// Move the arm: joint target in `joints`.
         Joints = 16,
         /// `count` 1: pause when the task reaches the node, state or guard named by
         /// `name`; 0: no longer.
         Break = 17,
-        /// Simulated seconds per second, in `seconds`; 0: as fast as it goes.
+        /// Simulated seconds per second, in `seconds`; 0: as fast as possible.
         Speed = 18,
     }
 }

@@ -100,7 +100,7 @@ wire! {
         pub len: u32,
         /// Zero.
         pub reserved: u32,
-        /// The part; the format of the checkpoint says its version.
+        /// The part; the format of the checkpoint contains its version.
         pub bytes: [u8; KEYFRAME_BYTES],
     }
 }

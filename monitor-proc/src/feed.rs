@@ -212,7 +212,8 @@ impl Feed {
         let missed = self.misses.look(&processes, time_s, now_ns);
         for started in self.starts.look(&processes, time_s) {
             let epoch = world.map(|world| world.header.generation);
-            // A process heard last in a later simulated time: physics has gone back since.
+            // Its last message may have a later simulated time: physics resumed from a saved
+            // state since.
             let (process, down_s) = (started.process, started.down_s.min(time_s));
             self.hub
                 .change_lanes(|lanes| lanes.was_down(process, epoch, down_s, time_s));

@@ -1,9 +1,8 @@
 //! Distributes frames and news to pages: the newest frame, and news with the last known state
 //! for late joiners. Fed by the bus, by a replayed file, or by a test.
-//!
 //! Feeding never waits for a page: frames are replaced, and news beyond the buffer are replaced
 //! by the whole state. `join` and every `tell` hold one lock, so that a page gets each message
-//! either in its state or as news, never twice and never not at all.
+//! exactly once, in its state or as news.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -269,7 +268,7 @@ impl Hub {
     /// Sets the policy that is running: a task can be restarted with another one.
     pub fn set_policy(&self, policy: &str) {
         let mut known = self.lock();
-        // Compared first: this is called at 4 Hz, and a page that joins later reads it.
+        // Compared first: at 4 Hz an unchanged name need not be copied again.
         if known.hello.run.policy != policy {
             policy.clone_into(&mut known.hello.run.policy);
         }

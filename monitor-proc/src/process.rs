@@ -57,7 +57,7 @@ impl RunError for ProcessError {
     }
 }
 
-/// Runs the monitor until it is asked to stop.
+/// Runs the monitor until a stop is requested.
 ///
 /// # Errors
 ///

@@ -68,10 +68,10 @@ pub struct HalfMade {
     pub in_use: usize,
 }
 
-/// Removes segments of the run whose maker was killed before it finished them.
-/// A process that opens one waits for its maker: 1 s where it is unreadable, without limit where
-/// its size is 0 (iceoryx2-cal 0.10.0, `posix_shared_memory`: the arm
-/// `MappingSizeIsZero` does not look at the time).
+/// Removes segments of the run whose maker was killed before it finished them. A process that
+/// opens one waits for its maker: 1 s where it is unreadable, without limit where its size is 0
+/// (iceoryx2-cal 0.10.0, `posix_shared_memory`: the arm `MappingSizeIsZero` does not check the
+/// time).
 // Called before a start that follows a kill: without it, one file of length 0 hung every later
 // start without limit.
 pub fn remove_half_made(site: &RunSite) -> Result<HalfMade, BusError> {

@@ -1,14 +1,11 @@
 //! Decides which of the arriving messages may be used. Pure.
-//!
-//! What can go wrong: a process that was stopped and replaced wakes up and publishes
-//! again, and a bit of a header can be flipped in shared memory.
-//!
-//! The rule: the newest generation is used, and nothing of an older one. A process has
-//! one port on a topic and one generation for life, and a port delivers in the order
-//! of publication. So a header that contradicts earlier ones of *its own port* is
-//! damaged, and says nothing about the writer; only another port can replace it.
-//! Without the port, one flipped bit in a generation looked like a successor, and the
-//! writer was not heard again until it restarted.
+//! What can go wrong: a process that was stopped and replaced wakes up and publishes again, and
+//! a bit of a header can be flipped in shared memory. The rule: the newest generation is used,
+//! and nothing of an older one. A process has one port on a topic and one generation for life,
+//! and a port delivers in the order of publication. So a header that contradicts earlier ones
+//! of *its own port* is damaged, and is not evidence about the writer; only another port can
+//! replace it. Without the port, one flipped bit in a generation looked like a successor, and
+//! the writer was ignored until it restarted.
 //!
 //! A change must not break: messages of a replaced port are never used, regardless of what they
 //! claim; one damaged header costs one message, not the writer. The port id comes from
@@ -112,7 +109,7 @@ impl Fence {
         }
     }
 
-    /// Generation of the newest writer heard; 0 before the first.
+    /// Generation of the newest writer; 0 before its first message.
     pub(crate) fn generation(&self) -> u32 {
         self.newest.map_or(0, |writer| writer.generation)
     }
@@ -171,7 +168,7 @@ impl Fence {
         }
         let missing = writer.advance(header.seq);
         let late = i128::from(self.counts.late) + missing;
-        // Saturates: a damaged number can ask for more to be taken back than was counted.
+        // Saturates: a damaged number can lead to more being taken back than was counted.
         self.counts.late = u64::try_from(late.max(0)).unwrap_or(u64::MAX);
         self.newest = Some(writer);
         Admission::Accept

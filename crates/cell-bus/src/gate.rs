@@ -70,7 +70,7 @@ impl<T: Message> Gate<T> {
             if header.tick < last.tick {
                 self.clear();
             } else if header.generation != last.generation {
-                // Nothing of the old writer may come up after the new one's.
+                // No message of the old writer may be used after one of the new writer.
                 self.waiting.retain(|old| old.header().tick < header.tick);
             }
         }

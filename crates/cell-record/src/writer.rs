@@ -109,7 +109,8 @@ impl RecordingWriter {
     /// As [`Self::add`].
     pub fn add_packed(&mut self, message: &Message<'_>) -> Result<(), RecordError> {
         self.begin_at(message.time_ns)?;
-        // An epoch starts a chunk: readers look for epochs in the first message of chunks.
+        // An epoch starts a chunk: readers search only chunks with an epoch for it, and take it
+        // for the whole chunk.
         if message.channel == Channel::Epoch {
             self.flush()?;
         }

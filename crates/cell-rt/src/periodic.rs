@@ -44,8 +44,8 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// A grid whose first deadline is one period from `now_ns`. `fifo` says
-    /// whether the thread has real-time priority.
+    /// A grid whose first deadline is one period from `now_ns`. `fifo`: whether the thread has
+    /// real-time priority.
     pub fn new(period_ns: u64, now_ns: u64, fifo: bool) -> Self {
         let spin_ns = if fifo { SPIN_FIFO_NS } else { SPIN_OTHER_NS };
         Self {

@@ -123,7 +123,7 @@ fn whole(file: File) -> io::Result<Vec<u8>> {
         let bytes = head.get(at..at + 8).and_then(|bytes| bytes.try_into().ok());
         u64::from_le_bytes(bytes.unwrap_or_default())
     };
-    // Compared first: a broken length must not ask for memory.
+    // Compared first: a damaged length must not reserve memory.
     let length = number(8);
     if meta.len() != length.saturating_add(HEAD_BYTES as u64) {
         return Err(damaged("its length is not the one in its head"));

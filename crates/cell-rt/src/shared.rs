@@ -44,7 +44,7 @@ impl SharedWords {
             .open(path)
             .map_err(|error| refusal(path, error))?;
         let meta = file.metadata()?;
-        // Asked of the open file, not of its path, which could change in between.
+        // Checked on the open file, not of its path, which could change in between.
         if !meta.is_file() {
             return Err(not_a_file("not a regular file"));
         }

@@ -118,8 +118,7 @@ impl SlotFile {
         self.slots
     }
 
-    /// Writes a record over the oldest. `seq` says which record is the newest and must
-    /// grow.
+    /// Writes a record over the oldest. `seq` identifies the newest record and must grow.
     ///
     /// # Errors
     /// Where the record is longer than any before it and there is no room for longer

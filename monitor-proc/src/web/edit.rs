@@ -112,7 +112,7 @@ async fn restart(served: &Served, message: &str) -> Response {
     if reply.ok {
         return answer(&json!({ "ok": true, "message": message }));
     }
-    // The file is written, so the person is told both.
+    // The file is written all the same, so the answer has both.
     let fault = Fault::without_place(format!("{message}, but: {}", reply.message));
     answer(&json!({ "ok": false, "errors": [fault] }))
 }

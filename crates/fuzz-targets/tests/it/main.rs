@@ -12,7 +12,7 @@ mod targets;
 use targets::mutate::{Random, mutated};
 use targets::{TARGETS, Target, target};
 
-/// Changed inputs of each target; `ROBOCELL_FUZZ=N` asks for more.
+/// Changed inputs of each target; `ROBOCELL_FUZZ=N` sets another number.
 fn count() -> usize {
     let asked = std::env::var("ROBOCELL_FUZZ").ok();
     asked.and_then(|text| text.parse().ok()).unwrap_or(400)
