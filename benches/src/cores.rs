@@ -240,8 +240,8 @@ fn job(demo: &str, most: u64) -> Result<(Row, Row), CoreError> {
     let (mut steps, mut ticks) = (Samples::default(), Samples::default());
     while sim.state().header.tick < most {
         let (began_ns, mut stepped_ns) = (monotonic_ns(), (0, 0));
-        // The engine's step is observed inside of the tick, so both figures are of the same
-        // ticks.
+        // The engine's step is observed inside of the tick, so
+        // both figures are of the same ticks.
         let going = sim.tick_observed(|before| {
             if before {
                 stepped_ns.0 = monotonic_ns();

@@ -71,8 +71,8 @@ impl KeptPhysics {
         for _ in 0..ticks {
             late.record(grid.wait().lateness_ns());
             tick(&mut self.plant);
-            // After the tick, where physics does it: a late start of the next tick is its
-            // effect.
+            // After the tick, where physics does it: a late start
+            // of the next tick is its effect.
             let began_ns = monotonic_ns();
             self.keeper.turn(&self.plant);
             keeping.record(monotonic_ns().saturating_sub(began_ns));

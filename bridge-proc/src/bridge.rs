@@ -104,8 +104,8 @@ fn bridge(
     while !signal::stop_requested() {
         let now_ns = monotonic_ns();
         if now_ns >= next_check_ns {
-            // Checked here and not by silence: a paused or restarting physics is silent as
-            // well.
+            // Checked here and not by silence: a paused or
+            // restarting physics is silent as well.
             if joined.is_over() {
                 log::line(format_args!("cell `{}` has ended", args.cell));
                 break;
@@ -125,8 +125,8 @@ fn bridge(
                 link.publish(Stream::Events, &event, wall_of(line.header.publish_ns));
             }
         });
-        // States before commands: the answer to a command must not overtake the state before
-        // it.
+        // States before commands: the answer to a command must
+        // not overtake the state before it.
         publish_due(&joined, &outgoing, &mut schedule, link, now_ns);
         while let Some(arrived) = link.next_command() {
             if let Some(command) = commands.get(arrived.index) {

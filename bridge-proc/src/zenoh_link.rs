@@ -94,8 +94,8 @@ impl ZenohLink {
         if let Some(path) = &args.control {
             let token = token::read(path)?;
             let dictionary = token::dictionary(path, &token)?;
-            // The file with the password is needed while the session opens, and deleted right
-            // after.
+            // The file with the password is needed while the
+            // session opens, and deleted right after.
             sides.push(Side::open(config::of_commanders(args, &dictionary)?, true)?);
         }
         let (sender, arrived) = sync_channel(WAITING);
@@ -127,8 +127,8 @@ impl ZenohLink {
         streams: &[Stream],
         commands: &[NamedCommand],
     ) -> Result<Offer, TransportError> {
-        // Names are announced before their endpoints exist, so that a client finds them at
-        // once.
+        // Names are announced before their endpoints exist, so
+        // that a client finds them at once.
         let mut names = Names::new(&side.session, self.node(&side.session))?;
         let mut offer = Offer::default();
         for stream in streams {

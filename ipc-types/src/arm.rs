@@ -217,8 +217,8 @@ impl Validate for ArmCommand {
             &self.joint_velocities[..n],
             MAX_JOINT_VELOCITY,
         )?;
-        // Accelerations have no limit of their own; the watchdog of physics checks those of the
-        // robot.
+        // Accelerations have no limit of their own; the watchdog
+        // of physics checks those of the robot.
         Check::within(
             "joint_accelerations",
             &self.joint_accelerations[..n],

@@ -46,7 +46,7 @@ pub const MAX_ARMS: usize = 2;
 /// Controlled joints of one arm.
 pub const MAX_JOINTS: usize = 16;
 /// Movable objects of one cell: 36 bins and 100 parts fit.
-// 20 kB of a state are objects; more would slow down every reader.
+// Objects are 18 of the 20 kB of a state; more would slow down every reader.
 pub const MAX_OBJECTS: usize = 160;
 /// Breakpoints of one task.
 pub const MAX_BREAKS: usize = 8;

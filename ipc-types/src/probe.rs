@@ -32,8 +32,8 @@ macro_rules! probe {
 
         impl Validate for $name {
             fn validate(&self) -> Result<(), Invalid> {
-                // The same work as for a message of the cell, or the bench would measure less
-                // than it claims.
+                // The same work as for a message of the cell, or the
+                // bench would measure less than it claims.
                 let used = usize::try_from(self.used).unwrap_or(usize::MAX);
                 let Some(values) = self.values.get(..used) else {
                     let allowed = "a count within capacity";

@@ -11,7 +11,7 @@ use crate::{
 
 /// Objects one [`WorldPiece`] has room for.
 // A state of 20 kB at 1 kHz with a second of buffer is more shared memory than many machines
-// give; a piece of eight objects is a tenth of that (ADR 0012).
+// give; a piece is a fifth of a state (ADR 0012).
 pub const PIECE_OBJECTS: usize = 8;
 /// Ticks between two states whose objects are all recorded; those between name only touched or
 /// pulled objects, and obstacles that changed, as controllers use these in every tick.
@@ -108,8 +108,8 @@ wire! {
 impl WorldPiece {
     /// Copies everything that is the same in all pieces of `state`.
     pub fn take(&mut self, state: &WorldState) {
-        // Field by field: a new field of a state that is forgotten here would be missing in
-        // replays.
+        // Field by field: a new field of a state that is
+        // forgotten here would be missing in replays.
         self.state = state.header;
         self.flags = state.flags;
         self.arm_count = state.arm_count;

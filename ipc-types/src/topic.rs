@@ -72,8 +72,8 @@ impl Process {
 
     /// All processes of a cell of `arms` arms, in the order they are started.
     pub fn all(arms: u8) -> Vec<Self> {
-        // Physics first: all others wait for its first state. The monitor last: no process
-        // waits for it.
+        // Physics first: all others wait for its first state. The
+        // monitor last: no process waits for it.
         let mut all = vec![Self::Physics];
         all.extend((0..arms).map(Self::Controller));
         all.extend([Self::Task, Self::Monitor]);
@@ -164,8 +164,8 @@ impl TopicId {
 }
 
 /// Lines of the trace, and pieces of states for the recorder, that can wait.
-// A picture of 100 nodes has 100 lines a second (ADR 0009), so a reader may be away for
-// seconds.
+// A picture of 100 nodes has 100 lines a second (ADR 0009),
+// so a reader may be away for seconds.
 pub const TRACE_DEPTH: usize = 1024;
 /// Messages of an arm for the recorder that can wait: some 300 ms of lockstep at full
 /// speed.

@@ -182,8 +182,8 @@ macro_rules! wire {
             const SCHEMA: u64 = {
                 let mut hash = $crate::wire::hash_start(stringify!($name));
                 $(
-                    // Name, type and offset of each field: a swap or a renamed unit changes the
-                    // hash.
+                    // Name, type and offset of each field: a swap or a
+                    // renamed unit changes the hash.
                     hash = $crate::wire::hash_str(hash, stringify!($field));
                     hash = $crate::wire::hash_u64(hash, <$ty as $crate::wire::Wire>::SCHEMA);
                     hash = $crate::wire::hash_u64(hash, core::mem::offset_of!($name, $field) as u64);

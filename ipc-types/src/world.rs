@@ -224,8 +224,8 @@ wire! {
         /// Tick of the state from which a successor of physics would resume.
         pub saved_tick: u64,
         /// Hash over bodies, joints and tick: equal for equal runs.
-        // Equal hashes are the proof that two runs are equal; it covers no clock and no process
-        // id.
+        // Equal hashes are the proof that two runs are equal; it
+        // covers no clock and no process id.
         pub state_hash: u64,
         /// Requests of people.
         pub panel: OperatorPanel,

@@ -121,8 +121,8 @@ impl Feed {
             self.next_frame_ns = after(self.next_frame_ns, FRAME_NS, now_ns);
             self.frame(now_ns);
         }
-        // Every turn, not every frame: a short phase must not be missed between two status
-        // messages.
+        // Every turn, not every frame: a short phase must not be
+        // missed between two status messages.
         self.look_lanes();
         let lines = self.hub.tell_news();
         if now_ns >= self.next_status_ns {
@@ -212,8 +212,8 @@ impl Feed {
         let missed = self.misses.look(&processes, time_s, now_ns);
         for started in self.starts.look(&processes, time_s) {
             let epoch = world.map(|world| world.header.generation);
-            // Its last message may have a later simulated time: physics resumed from a saved
-            // state since.
+            // Its last message may have a later simulated time:
+            // physics resumed from a saved state since.
             let (process, down_s) = (started.process, started.down_s.min(time_s));
             self.hub
                 .change_lanes(|lanes| lanes.was_down(process, epoch, down_s, time_s));

@@ -189,8 +189,8 @@ impl Lanes {
     /// Adds a span; it replaces one of the same lane, epoch and start.
     pub fn add(&mut self, span: Span) {
         match self.newest.iter_mut().find(|known| known.lane == span.lane) {
-            // An older span, e.g. an explanation, must not become the present state of its
-            // lane.
+            // An older span, e.g. an explanation, must not become
+            // the present state of its lane.
             Some(known) if known.epoch != span.epoch || known.from_s <= span.from_s => {
                 *known = span.clone();
             }

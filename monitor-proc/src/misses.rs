@@ -124,7 +124,7 @@ impl Newest {
     fn words(&self) -> String {
         let period_ns = TICK_NS as f64;
         let ms = |ns: f64| ns * 1.0e-6;
-        // Own work first: it explains the delay whatever the others did.
+        // Own work first: it explains the delay regardless of the others.
         let why = if self.body_ns >= period_ns {
             format!("a cycle took {:.1} ms", ms(self.body_ns))
         } else if self.physics_late_ns >= (SHARE_OF_PHYSICS * self.late_ns).max(period_ns) {

@@ -104,8 +104,8 @@ impl PolicyFiles {
     /// The policies of the run of `spec`.
     pub fn new(spec: &RunSpec) -> Self {
         let data = spec.data_dir.as_ref().unwrap_or(&spec.built_in_dir);
-        // Beside this program, as both are of one build; a path from the environment might not
-        // be.
+        // Beside this program, as both are of one build; a path
+        // from the environment might not be.
         let beside = std::env::current_exe().ok();
         let beside = beside.and_then(|own| Some(own.parent()?.join(TASK_PROGRAM)));
         Self {
@@ -149,8 +149,8 @@ impl PolicyFiles {
         if out.status.success() {
             return Ok(());
         }
-        // The text was in a temporary folder; the reader of the message knows the file's own
-        // name.
+        // The text was in a temporary folder; the reader of the
+        // message knows the file's own name.
         let said = String::from_utf8_lossy(&out.stderr);
         let said = said.replace(&format!("{}/", self.scratch.display()), "");
         Err(faults(&said, &format!("cells/{}:", file.name.display())))
@@ -164,8 +164,8 @@ impl PolicyFiles {
     pub fn write(&self, policy: &str, text: &str) -> Result<String, String> {
         let file = self.find(policy)?;
         let path = self.path(&file);
-        // Replaced by a rename: a task that restarts now reads the old or the new file, never
-        // half.
+        // Replaced by a rename: a task that restarts now reads
+        // the old or the new file, never half.
         replace_file(&path, text.as_bytes(), 0o644)
             .map_err(|error| format!("{}: {error}", path.display()))?;
         Ok(if self.writable {
@@ -183,8 +183,8 @@ impl PolicyFiles {
             Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(wrong(error)),
             _ => {}
         }
-        // Copied, not linked: the new text must not reach the running cell before it is
-        // checked.
+        // Copied, not linked: the new text must not reach the
+        // running cell before it is checked.
         let cells = self.scratch.join("cells");
         copy(&self.data.join("cells"), &cells, MAX_DEPTH).map_err(wrong)?;
         // Robots are only read, so a link is enough.
@@ -241,8 +241,8 @@ impl PolicyFiles {
             .into_iter()
             .chain([PathBuf::from(&own), Path::new(&self.demo).join(&own)]);
         let found = places.into_iter().find(|name| {
-            // A cell file is data of the user, but a page must not read outside of `cells/` by
-            // way of it.
+            // A cell file is data of the user, but a page must not
+            // read outside of `cells/` by way of it.
             let inside = !name.is_absolute() && !name.components().any(|c| c.as_os_str() == "..");
             inside && cells.join(name).is_file()
         });

@@ -65,8 +65,8 @@ impl RunError for ProcessError {
 pub fn run(start: &Start) -> Result<(), ProcessError> {
     let logs = start.spec.run_dir.join("logs");
     std::fs::create_dir_all(&logs)?;
-    // Before the bus is joined: all that can fail is done while no file of the transport
-    // exists.
+    // Before the bus is joined: all that can fail is done
+    // while no file of the transport exists.
     let journal = Journal::open(&logs)?;
     let (events, lines) = EventFile::open(&logs, events::EVENTS);
     let (lanes, spans) = EventFile::open(&logs, events::LANES);

@@ -17,8 +17,8 @@ impl Reset {
         if let Some(world) = world {
             let count = world.panel.scene_reset;
             let before = self.count.replace(count);
-            // The first look only learns the count: resets before it do not concern this
-            // decision.
+            // The first look only learns the count: resets before
+            // it do not concern this decision.
             if before.is_some_and(|before| before != count) {
                 self.tick = world.header.tick;
             }

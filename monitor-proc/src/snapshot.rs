@@ -71,8 +71,8 @@ pub fn encode(moment: &Moment<'_>, fingers: Fingers<'_>) -> Vec<u8> {
     for (index, arm) in arms.iter().enumerate() {
         let status = moment.status.get(index).copied().flatten();
         let fingers = fingers.get(index).copied().unwrap_or(0);
-        // From the decision, not the status: the page shows the obstacles that the task asks
-        // for.
+        // From the decision, not the status: the page shows the
+        // obstacles that the task asks for.
         let mask = obstacle_word(moment.decision, index);
         let target_valid = target_is_valid(moment, index, status);
         out.arm(&ArmView {

@@ -75,8 +75,8 @@ impl Story {
             Some(TraceKind::Edge) => self.edge(graph, line),
             Some(TraceKind::Status) => {
                 let letters = b"IRSFR";
-                // The letters of the statuses in the order of their codes; unknown ones are
-                // idle.
+                // The letters of the statuses in the order of their
+                // codes; unknown ones are idle.
                 let letter = letters.get(line.to as usize).copied().unwrap_or(b'I');
                 self.letter(graph, node, letter, text);
             }
@@ -266,8 +266,8 @@ impl Story {
         if !room {
             return self.exceed(time_s, "guards", MAX_NAMES);
         }
-        // Sent when it changes, and now and then when not: guards are evaluated in every
-        // decision.
+        // Sent when it changes, and now and then when not:
+        // guards are evaluated in every decision.
         let told_s = picture.guards_told_s.get(&name);
         let is_recent = told_s.is_some_and(|told_s| (0.0..RETELL_S).contains(&(time_s - told_s)));
         if picture.guards.insert(name.clone(), holds) != Some(holds) || !is_recent {

@@ -38,8 +38,8 @@ impl Kills {
     ) -> bool {
         let (decides, sent_ns) = look.decision;
         match (self.killed, look.task) {
-            // A later generation: the killed one may have decisions that are still being
-            // delivered.
+            // A later generation: the killed one may have
+            // decisions that are still being delivered.
             (Some((killed_ns, old)), _) if decides > old => {
                 self.waits.record(sent_ns.saturating_sub(killed_ns));
                 self.killed = None;

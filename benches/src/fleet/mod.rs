@@ -1,6 +1,5 @@
 //! `robocell bench fleet`: the cost of many cells, and its growth with the size of one.
 //!
-//!
 //! Memory of a cell; cells that a core carries in lockstep; episodes per second over jobs; time
 //! to start an episode; the tick over the size of a cell, with the exponent; last, cells of
 //! processes in real time, one more at a time.

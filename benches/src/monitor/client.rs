@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use tungstenite::{ClientRequestBuilder, Message, WebSocket};
 
 /// Interval of the commands.
-// 50 a second, as a page sends while a person drags.
+// 50 a second, near what a page sends while a person drags.
 const EVERY_NS: u64 = 20_000_000;
 
 /// Receives frames, and if requested sends commands without effect.
@@ -118,8 +118,8 @@ fn flood(address: SocketAddr, token: &str, stop: &AtomicBool, on: &AtomicBool) -
     let mut socket = None;
     while !stop.load(Ordering::Relaxed) {
         if !on.load(Ordering::Relaxed) {
-            // Disconnected between the blocks: an open idle connection would cost the monitor
-            // as well.
+            // Disconnected between the blocks: an open idle
+            // connection would cost the monitor as well.
             socket = None;
             std::thread::sleep(Duration::from_millis(5));
             continue;

@@ -1,6 +1,5 @@
 //! `robocell bench monitor`: the cost of the page, and who pays it.
 //!
-//!
 //! A private cell runs in real time with its page. One viewer receives 60 frames a second: the
 //! processor time of the monitor's threads; the recorder has a separate budget. Then the viewer
 //! sends a command every 20 ms, as a person does who drags: round trips, and the processor time

@@ -105,8 +105,8 @@ impl Bench {
                     return Ok(());
                 }
             }
-            // The mean of ten ticks, one of which has a decision: single ticks are of two
-            // kinds.
+            // The mean of ten ticks, one of which has a decision:
+            // single ticks are of two kinds.
             let ns = monotonic_ns().saturating_sub(began_ns);
             self.tick.record(ns / BLOCK as u64);
         }

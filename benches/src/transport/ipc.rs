@@ -167,8 +167,8 @@ impl Bench {
                 grid.restart(monotonic_ns());
             }
             *number += 1;
-            // From before the send to after the read of every byte: the time a user of a link
-            // pays.
+            // From before the send to after the read of every
+            // byte: the time a user of a link pays.
             let start_ns = monotonic_ns();
             link.send(*number)?;
             link.receive(*number)?;
@@ -194,8 +194,8 @@ impl Bench {
         for pace in ["hot", "paced"] {
             for payload in PAYLOADS {
                 for way in WAYS.iter().filter(|way| **way != "raw") {
-                    // Our layer is compared with the transport below it, the transports with
-                    // plain memory.
+                    // Our layer is compared with the transport below it,
+                    // the transports with plain memory.
                     let base = if way.starts_with("topic") {
                         "bare"
                     } else {

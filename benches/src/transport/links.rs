@@ -140,8 +140,8 @@ impl<T: Probe> Bare<T> {
             let name = ServiceName::new(name).map_err(bus)?;
             node.service_builder(&name)
                 .publish_subscribe::<T>()
-                // As `qos` has them: other limits would give the bare row another memory
-                // layout.
+                // As `qos` has them: other limits would give the
+                // bare row another memory layout.
                 .max_publishers(8)
                 .max_subscribers(16)
                 .max_nodes(32)

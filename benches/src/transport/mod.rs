@@ -1,6 +1,5 @@
 //! Benches of transport and clock.
 //!
-//!
 //! Only ratios within one run are comparable: every row of a bench is measured in turn with the
 //! others, on the same cores, in the same minutes.
 

@@ -75,8 +75,8 @@ impl Sleeper {
     pub fn wait(&mut self, timeout: Duration) -> bool {
         match self.port.timed_wait(|_| {}, timeout) {
             Ok(rings) => rings > 0,
-            // A signal ends the wait early, so that a process that has to stop does not sleep
-            // on.
+            // A signal ends the wait early, so that a process
+            // that has to stop does not sleep on.
             Err(iceoryx2::port::listener::ListenerWaitError::InterruptSignal) => false,
             Err(_) => {
                 // A broken bell must not turn a sleeper into a spinner.
@@ -89,8 +89,8 @@ impl Sleeper {
 
     /// Discards the rings so far, without sleeping; true if there was one.
     pub fn drain(&mut self) -> bool {
-        // Costs 1.6 us even without a ring, so it is not for a 1 kHz cycle: that polls its
-        // topics.
+        // Costs 1.6 us even without a ring, so it is not for a 1
+        // kHz cycle: that polls its topics.
         self.port.try_wait(|_| {}).is_ok_and(|rings| rings > 0)
     }
 }

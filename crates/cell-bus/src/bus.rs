@@ -51,8 +51,8 @@ impl Bus {
     /// Signals stay with the caller. Fails when the site is invalid or the node cannot be
     /// created.
     pub fn join(site: &RunSite, run: u64, generation: u32, name: &str) -> Result<Self, BusError> {
-        // Before the first call into the transport: it logs its missing configuration file as
-        // well.
+        // Before the first call into the transport: it logs its
+        // missing configuration file as well.
         // The transport reports expected races as errors on the terminal.
         set_log_level(LogLevel::Fatal);
         let config = site.config()?;

@@ -120,8 +120,8 @@ pub(crate) fn make_private(site: &RunSite) -> Result<(), BusError> {
 /// Deletes all files of a run: its root directory and the segments under its prefix. Only when
 /// no process of the run is alive: a live one would continue on files without a name.
 pub fn wipe(site: &RunSite) -> Result<(), BusError> {
-    // Segments first: if the process dies here, the root is still there and names the run to
-    // wipe.
+    // Segments first: if the process dies here, the root is
+    // still there and names the run to wipe.
     for segment in segments(site)? {
         gone(fs::remove_file(&segment)).map_err(|source| io_error(&segment, source))?;
     }

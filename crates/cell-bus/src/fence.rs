@@ -125,8 +125,8 @@ impl Fence {
         }
         // An invalid message still moves the fence: its writer is the newest.
         let admission = match self.newest {
-            // A known port continues; any other port claims to be a successor and has to prove
-            // it.
+            // A known port continues; any other port claims to be
+            // a successor and has to prove it.
             Some(writer) if writer.port == port => self.next(writer, header),
             _ => self.first(port, header),
         };
@@ -147,8 +147,8 @@ impl Fence {
     fn next(&mut self, mut writer: Writer, header: &Header) -> Admission {
         if header.generation == writer.generation {
             writer.confirmed = true;
-        // A port has one generation for life, so a different one after two equal ones is
-        // damage.
+        // A port has one generation for life, so a different
+        // one after two equal ones is damage.
         } else if writer.confirmed {
             self.counts.rejected += 1;
             return Admission::Drop;

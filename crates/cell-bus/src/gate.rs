@@ -65,8 +65,8 @@ impl<T: Message> Gate<T> {
             .or(self.current.as_deref())
             .map(Message::header);
         if let Some(last) = last {
-            // Ticks went back: the scene was reset, and everything held belongs to the run
-            // before.
+            // Ticks went back: the scene was reset, and everything
+            // held belongs to the run before.
             if header.tick < last.tick {
                 self.clear();
             } else if header.generation != last.generation {

@@ -47,8 +47,8 @@ impl Keeper {
     pub fn create(site: &RunSite, run: u64, arms: u8) -> Result<Self, BusError> {
         set_log_level(LogLevel::Fatal);
         let config = site.config()?;
-        // Before anything is created: on a full mount creation succeeds and the first write is
-        // fatal.
+        // Before anything is created: on a full mount creation
+        // succeeds and the first write is fatal.
         crate::cleanup::preflight(arms)?;
         // Only the owner may enter: directories of the transport inside are open to the group.
         DirBuilder::new()
@@ -75,8 +75,8 @@ impl Keeper {
             node: Hidden::new(node),
             run,
         };
-        // All topics, also those that no process of this cell opens: a tool may join at any
-        // time.
+        // All topics, also those that no process of this cell
+        // opens: a tool may join at any time.
         for topic in qos::topics(arms) {
             keeper.create_topic(topic)?;
         }
@@ -167,16 +167,16 @@ impl Keeper {
         let service = self
             .builder(name)?
             .publish_subscribe::<T>()
-            // More publishers than the one writer: a slot of a writer killed while it started
-            // is lost.
+            // More publishers than the one writer: a slot of a
+            // writer killed while it started is lost.
             .max_publishers(qos::MAX_PUBLISHERS)
             .max_subscribers(limits.readers)
             .max_nodes(qos::MAX_NODES)
             .history_size(limits.history)
             .subscriber_max_buffer_size(limits.depth)
             .subscriber_max_borrowed_samples(qos::MAX_BORROWED)
-            // Without overflow a publisher waits for a stopped reader: 2.0 s in one send were
-            // measured.
+            // Without overflow a publisher waits for a stopped
+            // reader: 2.0 s in one send were measured.
             .enable_safe_overflow(true)
             .create()
             .map_err(|error| create_error(name, error))?;
@@ -184,8 +184,8 @@ impl Keeper {
     }
 
     fn create_bell(&mut self, name: &str) -> Result<(), BusError> {
-        // Every process and tool may ring; only the owner sleeps, but its dead starts keep
-        // their slots.
+        // Every process and tool may ring; only the owner sleeps,
+        // but its dead starts keep their slots.
         let service = self
             .builder(name)?
             .event()

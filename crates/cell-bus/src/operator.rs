@@ -103,8 +103,8 @@ impl OperatorClient {
         request.validate().map_err(RequestError::Invalid)?;
         let start_ns = monotonic_ns();
         let end_ns = start_ns.saturating_add(u64::try_from(timeout.as_nanos()).unwrap_or(u64::MAX));
-        // A restart of physics leaves a moment without a server; the request is sent again
-        // then.
+        // A restart of physics leaves a moment without a
+        // server; the request is sent again then.
         loop {
             self.seq += 1;
             stamp(&mut request, self.identity, self.seq);
@@ -112,8 +112,8 @@ impl OperatorClient {
                 .port
                 .send_copy(request)
                 .map_err(|error| RequestError::Send(format!("{error:?}")))?;
-            // Exactly once: with a server connected the request is out and must not be
-            // repeated.
+            // Exactly once: with a server connected the request
+            // is out and must not be repeated.
             if pending.number_of_server_connections() > 0 {
                 return wait_for_reply(&pending, self.identity.run, end_ns)
                     .ok_or(RequestError::NoAnswer(timeout.as_millis()));
@@ -193,14 +193,14 @@ impl OperatorServer {
     ) -> usize {
         let mut answered = 0;
         while answered < max {
-            // An error of the transport ends this look, not the cycle: the client gives up at
-            // its timeout.
+            // An error of the transport ends this look, not the cycle:
+            // the client gives up at its timeout.
             let Ok(Some(active)) = self.port.receive() else {
                 break;
             };
             let request = active.payload();
-            // Not answered: a reply would tell a program of another build that it was
-            // understood.
+            // Not answered: a reply would tell a program of
+            // another build that it was understood.
             let ours = request.header.run == self.identity.run
                 && request.header.schema == OperatorRequest::SCHEMA;
             if !ours || request.validate().is_err() {

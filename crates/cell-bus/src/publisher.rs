@@ -103,8 +103,8 @@ impl<T: Message> Writer<T> {
             port: open(name)?,
             tap: tap.map(open).transpose()?,
             identity: bus.identity(),
-            // The first message has number 1: 0 is what zeroed memory claims, and the fence
-            // rejects it.
+            // The first message has number 1: 0 is the number in
+            // zeroed memory, which the fence rejects.
             header: Header::zeroed(),
             errors: 0,
         })
@@ -129,8 +129,8 @@ impl<T: Message> Writer<T> {
         let copy = self.tap.as_ref().map(|tap| copied(sample.payload(), tap));
         sample.send().map_err(PublishError::Send)?;
         self.header = stamped;
-        // The recorder's copy is sent last, and its loss is not a failure of the topic (ADR
-        // 0012).
+        // The recorder's copy is sent last, and its loss is not
+        // a failure of the topic (ADR 0012).
         match copy {
             Some(Ok(copy)) => self.errors += u64::from(copy.send().is_err()),
             Some(Err(_)) => self.errors += 1,

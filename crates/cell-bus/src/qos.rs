@@ -40,8 +40,8 @@ const MAX_LOANED: usize = 2;
 /// be behind.
 pub(crate) fn history(topic: TopicId) -> usize {
     match topic {
-        // Fewer than all pieces, and a recorder that joins late waits for a state that is never
-        // complete.
+        // Fewer than all pieces, and a recorder that joins late
+        // waits for a state that is never complete.
         TopicId::WorldTap => STATE_PIECES,
         _ => HISTORY.min(topic.depth()),
     }
@@ -50,8 +50,8 @@ pub(crate) fn history(topic: TopicId) -> usize {
 /// Readers of a topic. Deep buffers are memory times readers, so they get few.
 pub(crate) fn max_subscribers(topic: TopicId) -> usize {
     match topic {
-        // A tap is deep (one second or more), so each further reader costs as much as the topic
-        // itself.
+        // A tap is deep (one second or more), so each further
+        // reader costs as much as the topic itself.
         // The recorder, and one that was killed.
         _ if topic.is_tap() => 3,
         _ if topic.depth() > HISTORY => 6,
@@ -109,8 +109,8 @@ pub fn needed_bytes(arms: u8) -> u64 {
     const BOOKKEEPING: u64 = 4 << 20;
     // Allowance for the header of the transport before each message.
     const PER_MESSAGE: usize = 128;
-    // Twice: a killed writer's segment stays until its node is cleaned, beside that of its
-    // successor.
+    // Twice: a killed writer's segment stays until its node is
+    // cleaned, beside that of its successor.
     let segments = topics(arms)
         .into_iter()
         .map(|topic| 2 * (segment_messages(topic) * (message_size(topic) + PER_MESSAGE)) as u64);

@@ -69,7 +69,7 @@ impl RunSite {
     // A default configuration is changed in place: `iceoryx2.toml` in the working directory or
     // the home directory must not move a run.
     pub fn config(&self) -> Result<Config, BusError> {
-        // Invalid names are refused before the transport truncates or escapes them.
+        // Checked first, so that the error names the wrong part and the remedy.
         self.check()?;
         let mut config = Config::default();
         let root = self.root.display().to_string();

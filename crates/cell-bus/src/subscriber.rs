@@ -135,12 +135,12 @@ impl<T: Message> Reader<T> {
             };
             let sample = received?;
             let message = sample.payload();
-            // Validated in place, in shared memory: a copy first would cost the cycle a state
-            // of 20 kB.
+            // Validated in place, in shared memory: a copy first
+            // would cost the cycle a state of 20 kB.
             let checked = message.validate();
             let port = sample.origin().value();
-            // The port id is the connection's, not the message's, so a flipped bit cannot forge
-            // it.
+            // The port id is the connection's, not the message's,
+            // so a flipped bit cannot forge it.
             let admission = self.fence.judge(port, message.header(), checked.is_ok());
             if admission == Admission::Accept {
                 return Some(sample);
@@ -154,8 +154,8 @@ impl<T: Message> Reader<T> {
 impl<T: Message> Subscribe<T> for Reader<T> {
     fn take(&mut self) -> Option<&T> {
         let mut fresh = false;
-        // Older messages are judged as well: skipping them would leave gaps in the fence's
-        // counts.
+        // Older messages are judged as well: skipping them would
+        // leave gaps in the fence's counts.
         while let Some(sample) = self.receive() {
             self.current = Some(sample);
             fresh = true;
@@ -173,8 +173,8 @@ impl<T: Message> Subscribe<T> for Reader<T> {
 
     fn take_all(&mut self, each: &mut dyn FnMut(&T)) -> usize {
         let mut taken = 0;
-        // The newest stays borrowed as the current message; all before it are returned one by
-        // one.
+        // The newest stays borrowed as the current message; all
+        // before it are returned one by one.
         while let Some(sample) = self.receive() {
             each(sample.payload());
             taken += 1;

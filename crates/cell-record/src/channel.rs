@@ -102,8 +102,8 @@ impl Channel {
 
     /// The channel called `name`; `None` for an unknown one.
     pub fn of_name(name: &str) -> Option<Self> {
-        // All arms a cell can have: the name alone does not tell how many the recorded cell
-        // had.
+        // All arms a cell can have: the name alone does not
+        // tell how many the recorded cell had.
         let arms = u8::try_from(MAX_ARMS).unwrap_or(u8::MAX);
         Self::all(arms).into_iter().find(|c| c.name() == name)
     }

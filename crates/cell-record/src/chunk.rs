@@ -135,8 +135,8 @@ fn take(
     match mcap::read::parse_record(opcode, data).map_err(|error| error.to_string())? {
         Record::Channel(found) => {
             let channel = Channel::of_name(&found.topic);
-            // Another encoding is a recording of another version: reading on would give
-            // garbage.
+            // Another encoding is a recording of another version:
+            // reading on would give garbage.
             if let Some(known) = channel.filter(|c| c.message_encoding() != found.message_encoding)
             {
                 return Err(format!(

@@ -155,8 +155,8 @@ impl Entry {
         };
         Self {
             channel,
-            // The file has simulated time; ticks follow from it, as every message is of a whole
-            // tick.
+            // The file has simulated time; ticks follow from it, as
+            // every message is of a whole tick.
             tick: header.log_time / TICK_NS,
             time_ns: header.log_time,
             publish_ns: header.publish_time,

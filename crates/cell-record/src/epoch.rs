@@ -73,8 +73,8 @@ impl Line {
         };
         let (mut before_ns, mut resumed_ns) =
             (BTreeMap::from([(own.epoch, u64::MAX)]), own.from_ns);
-        // From the newest back: each epoch counts only up to the time at which its successor
-        // resumed.
+        // From the newest back: each epoch counts only up to the
+        // time at which its successor resumed.
         for span in epochs.iter().take(last).rev() {
             // An epoch that starts later than it was overtaken has no part in this history.
             if span.from_ns < resumed_ns {
@@ -82,8 +82,8 @@ impl Line {
                 resumed_ns = span.from_ns;
             }
         }
-        // Messages before the first state name no generation of physics: they are of the first
-        // one.
+        // Messages before the first state name no generation of
+        // physics: they are of the first one.
         if let [unnamed, first, ..] = epochs
             && unnamed.epoch == 0
             && let Some(before) = before_ns.get(&first.epoch).copied()

@@ -203,8 +203,8 @@ impl Flight {
     pub fn close(&mut self) {
         if let Some(open) = self.open.take() {
             let bytes = open.writer.bytes();
-            // A file whose end could not be written is still read by a scan, so it stays in the
-            // ring.
+            // A file whose end could not be written is still read
+            // by a scan, so it stays in the ring.
             let bytes = open.writer.finish().unwrap_or(bytes);
             self.closed.push_back(Segment {
                 path: open.path,
@@ -216,8 +216,8 @@ impl Flight {
 
     fn try_append(&mut self, message: &Message<'_>, now_ns: u64) -> Result<bool, String> {
         if self.open.is_none() {
-            // The disk refused a moment ago: attempts at 1 kHz would cost more than the
-            // recording.
+            // The disk refused a moment ago: attempts at 1 kHz
+            // would cost more than the recording.
             if now_ns < self.retry_ns {
                 return Ok(false);
             }
@@ -243,16 +243,16 @@ impl Flight {
     }
 
     fn begin(&mut self, time_ns: u64, now_ns: u64) -> Result<(), String> {
-        // Before the file is created: on a disk with a quota its first block may be the one too
-        // many.
+        // Before the file is created: on a disk with a quota its
+        // first block may be the one too many.
         self.make_room();
         let path = self.dir.join(name(self.number, self.run));
         self.number += 1;
         let file = self.storage.create(&path).map_err(|e| e.to_string())?;
         let writer = RecordingWriter::new(file, &self.preamble);
         let begun = writer.and_then(|mut writer| {
-            // The preamble first, then the gaps: the reader learns at the start of the file
-            // what is missing.
+            // The preamble first, then the gaps: the reader learns at
+            // the start of the file what is missing.
             writer.begin_at(time_ns)?;
             for (channel, (count, before)) in &self.lost {
                 let gap = gap(*channel, *count, *before, "disk");
@@ -262,7 +262,7 @@ impl Flight {
             Ok(writer)
         });
         let writer = begun.map_err(|error: RecordError| {
-            // An empty file has no content, and needs a directory entry.
+            // An empty file would be scanned and shown as a recording without content.
             let _gone = self.storage.remove(&path).is_ok();
             error.to_string()
         })?;
@@ -285,8 +285,8 @@ impl Flight {
     fn give_up(&mut self, why: &str, now_ns: u64) {
         self.trouble = Some(format!("{}: {why}", self.dir.display()));
         self.retry_ns = now_ns + RETRY_NS;
-        // The file is closed: continuing after a failed write would leave a hole inside a
-        // chunk.
+        // The file is closed: continuing after a failed write
+        // would leave a hole inside a chunk.
         self.close();
     }
 

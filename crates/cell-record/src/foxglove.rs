@@ -40,8 +40,8 @@ struct Arm {
 impl Names {
     /// The names in `scene`.
     pub fn of(scene: &Value) -> Self {
-        // A scene of another version gives fewer names, not an error: the recording must not
-        // end.
+        // A scene of another version gives fewer names, not an
+        // error: the recording must not end.
         let list = |value: &Value| value.as_array().cloned().unwrap_or_default();
         let name = |value: &Value| value["name"].as_str().unwrap_or_default().to_owned();
         let arm = |arm: &Value| {

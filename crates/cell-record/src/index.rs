@@ -68,8 +68,8 @@ impl FileIndex {
         let mut epoch = 0;
         for (number, chunk) in self.chunks.iter_mut().enumerate() {
             let begins = |id: &u16| self.names.get(id) == Some(&Some(Channel::Epoch));
-            // The preamble: without it no channel of the file has a name, so an error here is
-            // final.
+            // The preamble: without it no channel of the file has a
+            // name, so an error here is final.
             if number == 0 {
                 let entries = chunk::read(file, &self.path, chunk, &mut self.names)?;
                 epoch = epoch_of(&entries).unwrap_or(0);

@@ -15,7 +15,7 @@ const RUN: usize = 8;
 /// Bytes of the length at the front.
 const FRONT: usize = 4;
 /// Longest struct (bytes); a longer one does not compile, see `entry.rs`.
-// A damaged length must not reserve memory; the largest message has 20 kB.
+// A damaged length must not reserve memory; the largest message, a checkpoint, has 16 KiB.
 pub(crate) const MAX_BYTES: usize = 1 << 20;
 
 /// Appends `bytes`, packed, to `out`: their number (u32); a mask (u64) for every

@@ -72,8 +72,8 @@ impl Recording {
             places.extend((0..file.chunks.len()).map(|chunk| (number, chunk)));
         }
         let cut = files.first().and_then(|file| file.cut.clone());
-        // The reason of the cut is given: "empty" would be wrong for a file cut in its first
-        // chunk.
+        // The reason of the cut is given: "empty" would be wrong
+        // for a file cut in its first chunk.
         let Some(first) = files.first().and_then(|f| Some((f, f.chunks.first()?))) else {
             return Err(nothing(cut.unwrap_or_else(|| "it is empty".to_owned())));
         };
@@ -153,8 +153,8 @@ impl Recording {
                 continue;
             };
             let of_instant = self.instant(place);
-            // A chunk of the same instant repeats state and status; reading it again adds
-            // nothing.
+            // A chunk of the same instant repeats state and
+            // status; reading it again adds nothing.
             let repeats = of_instant.is_some() && of_instant == instant;
             let adds = |channel| look.lacks(channel, arms) && !(repeats && channel.is_of_state());
             if back > 0 && !self.has(place, adds) {
@@ -258,8 +258,8 @@ impl Recording {
                     Ok(entry) => entry,
                     Err(error) => return Some(Err(error)),
                 };
-                // Chunks are chosen by their time, messages by theirs: a chunk may reach over
-                // the span.
+                // Chunks are chosen by their time, messages by theirs:
+                // a chunk may reach over the span.
                 let wanted = (from..=to).contains(&entry.time_ns);
                 if wanted && self.shows(entries.epoch(), &entry) {
                     return Some(Ok(entry));
@@ -287,8 +287,8 @@ impl Recording {
     /// Epoch of a chunk that is `wanted` and may be part of the history shown.
     fn epoch_of(&self, place: usize, wanted: impl FnOnce(&Chunk) -> bool) -> Option<u32> {
         let (_, chunk) = self.file_and_chunk(place)?;
-        // With the start of the chunk: a history is left at the time at which the next one
-        // resumed.
+        // With the start of the chunk: a history is left at the
+        // time at which the next one resumed.
         let wanted = wanted(chunk) && self.line.has(chunk.epoch, chunk.start_ns);
         wanted.then_some(chunk.epoch)
     }
@@ -323,8 +323,8 @@ impl Recording {
             return Ok(Arc::default());
         };
         let entries = Arc::new(entries(file, chunk)?);
-        // The oldest request first, not the least used: a slider moves on and rarely returns
-        // far.
+        // The oldest request first, not the least used: a
+        // slider moves on and rarely returns far.
         if self.kept.len() >= KEPT {
             self.kept.pop_front();
         }

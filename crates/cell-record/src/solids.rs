@@ -132,8 +132,8 @@ fn rgba(colour: &Value) -> Value {
         Some([part(16), part(8), part(0)])
     });
     let listed = colour.as_array().map(|_| numbers::<3>(colour));
-    // Grey for a colour that is missing or not readable: a wrong colour must not hide an
-    // object.
+    // Grey for a colour that is missing or not readable: a
+    // wrong colour must not hide an object.
     let [r, g, b] = from_text.or(listed).unwrap_or([0.6; 3]);
     json!({ "r": r, "g": g, "b": b, "a": 1.0 })
 }

@@ -28,8 +28,8 @@ pub fn count() -> u64 {
 }
 
 fn add_one() {
-    // A thread that is ending has no counter any more and needs none, so that error does not
-    // matter.
+    // A thread that is ending has no counter any more and needs
+    // none, so that error does not matter.
     COUNT
         .try_with(|count| count.set(count.get() + 1))
         .unwrap_or_default();

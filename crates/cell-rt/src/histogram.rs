@@ -63,8 +63,7 @@ impl Histogram {
     #[inline]
     pub fn record(&mut self, duration_ns: u64) {
         let count = &mut self.counts[bucket_of(duration_ns)];
-        // Saturating: a wrong count is better than a cycle that panics after four billion
-        // cycles.
+        // Saturating: a count that stops growing misleads less than one that starts again at 0.
         *count = count.saturating_add(1);
         self.count += 1;
         self.max = self.max.max(duration_ns);

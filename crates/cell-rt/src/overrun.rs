@@ -185,8 +185,8 @@ pub fn cause(late_ns: u64, body_ns: u64, counted: &Counters) -> Cause {
         Cause::Preemption
     } else if counted.steal_ns > 0 {
         Cause::StealTime
-    // The work was short, so it is the start that was late, and none of the counters explains
-    // it.
+    // The work was short, so it is the start that was late,
+    // and none of the counters explains it.
     } else if body_ns < late_ns {
         Cause::WakeUp
     } else if counted.preemptions > 0 {

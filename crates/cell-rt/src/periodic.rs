@@ -101,8 +101,8 @@ impl Grid {
         if now_ns > self.deadline_ns {
             self.overruns += 1;
         }
-        // An eighth of a period: others on the same core need time to answer before the next
-        // cycle.
+        // An eighth of a period: others on the same core need
+        // time to answer before the next cycle.
         self.deadline_ns = self.deadline_ns.max(now_ns + self.period_ns / 8);
         self.deadline_ns
     }
@@ -136,15 +136,15 @@ pub fn wait_until_with(
         if poll() {
             return true;
         }
-        // The clock is read after `poll`, so a late message is still found once before giving
-        // up.
+        // The clock is read after `poll`, so a late message is
+        // still found once before giving up.
         let now_ns = monotonic_ns();
         if now_ns >= give_up_ns {
             return false;
         }
         if now_ns > expected_ns + spin_ns {
-            // A message this late may take long; a spinning thread would keep its sender from
-            // its core.
+            // A message this late may take long; a spinning thread
+            // would keep its sender from its core.
             sleep_until((now_ns + NAP_NS).min(give_up_ns));
         } else {
             core::hint::spin_loop();

@@ -164,8 +164,8 @@ impl Share {
         } else {
             0
         };
-        // Larger of both, as each alone misses one kind of wait; no more than the time that
-        // passed.
+        // Larger of both, as each alone misses one kind of wait;
+        // no more than the time that passed.
         counted.max(seen).min(elapsed_ns)
     }
 }

@@ -66,8 +66,8 @@ impl RecordFile {
         // No `fsync`: the promise is to survive a killed process, not a power cut, and the
         // directory is on tmpfs.
         drop(file);
-        // In this order a kill between both renames leaves the older record and the complete
-        // `.next`.
+        // In this order a kill between both renames leaves the
+        // older record and the complete `.next`.
         match std::fs::rename(&self.path, &self.older) {
             // The first.
             Err(error) if error.kind() == io::ErrorKind::NotFound => {}

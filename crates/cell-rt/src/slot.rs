@@ -62,8 +62,8 @@ impl SlotFile {
         }
         let found = Found::at(path, slots)?;
         let capacity = match found {
-            // Longer slots of a former start are kept, as shortening them would lose its
-            // records.
+            // Longer slots of a former start are kept, as
+            // shortening them would lose its records.
             Found::Ours(found) => found.max(capacity),
             Found::Nothing | Found::Damaged => capacity,
         };
@@ -94,8 +94,8 @@ impl SlotFile {
     fn initialise(&mut self) {
         self.clear();
         let header = [MAGIC, self.capacity as u64, self.slots as u64];
-        // Backwards: the magic is stored last, so a file killed here reads as empty, not as
-        // damaged.
+        // Backwards: the magic is stored last, so a file killed
+        // here reads as empty, not as damaged.
         for (word, value) in self.memory.words().iter().zip(header).rev() {
             word.store(value, Ordering::Release);
         }
@@ -125,8 +125,8 @@ impl SlotFile {
     /// slots, or it is longer than 64 MiB. The records before it stay.
     pub fn write(&mut self, seq: u64, record: &[u8]) -> io::Result<()> {
         let slot = self.next;
-        // `next` moves only after success: a failed write must not cost a good record its
-        // place.
+        // `next` moves only after success: a failed write must
+        // not cost a good record its place.
         self.write_at(slot, seq, record)?;
         self.next = (slot + 1) % self.slots;
         Ok(())
@@ -145,8 +145,8 @@ impl SlotFile {
         // Not valid while it is being written: no record has a checksum above
         // 32 bits.
         slot[2].store(u64::MAX, Ordering::Relaxed);
-        // The mark must be visible before any new content, or an old checksum could cover a
-        // mixture.
+        // The mark must be visible before any new content, or an
+        // old checksum could cover a mixture.
         fence(Ordering::SeqCst);
         slot[0].store(seq, Ordering::Relaxed);
         slot[1].store(record.len() as u64, Ordering::Relaxed);
@@ -167,8 +167,8 @@ impl SlotFile {
             let text = format!("a record of {needed} bytes; at most {MAX_CAPACITY} are kept");
             return Err(io::Error::new(io::ErrorKind::InvalidInput, text));
         }
-        // A new file and a rename, not a longer old one: slots of another length overlap the
-        // old.
+        // A new file and a rename, not a longer old one: slots
+        // of another length overlap the old.
         let path = grown(&self.path);
         // Left by a process that was killed here.
         std::fs::remove_file(&path).ok();
@@ -190,8 +190,8 @@ impl SlotFile {
     /// The newest whole record with its `seq`.
     pub fn newest(&self) -> Option<(u64, Vec<u8>)> {
         let (slot, seq) = self.newest_slot()?;
-        // The slot may have been overwritten between the two reads; then its number has
-        // changed.
+        // The slot may have been overwritten between the two
+        // reads; then its number has changed.
         self.read(slot).filter(|(read_seq, _)| *read_seq == seq)
     }
 

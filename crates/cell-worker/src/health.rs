@@ -62,7 +62,7 @@ fn limits(process: Process, is_lockstep: bool) -> (u64, u64) {
         // No clock is involved.
         _ if is_lockstep => (u64::MAX, u64::MAX),
         Process::Physics | Process::Controller(_) => (TICK_NS / 2, TICK_NS),
-        // The task and the monitor sleep until a ring, so they have no deadline to be late for.
+        // The task and the monitor have no grid of deadlines to be late for.
         Process::Task | Process::Monitor => (u64::MAX, DECISION_TICKS * TICK_NS),
     }
 }
@@ -78,8 +78,8 @@ impl HealthReporter {
             Scheduling::Other
         }
         .code();
-        // An incident without this ring is poorer; a process that does not start for it is
-        // worse.
+        // An incident without this ring is poorer; a process
+        // that does not start for it is worse.
         let black_box = BlackBox::open(&ring_path(&start.spec.run_dir, &process.name()));
         if let Err(error) = &black_box {
             crate::warn(format_args!(
@@ -187,8 +187,8 @@ impl HealthReporter {
             return;
         }
         self.next_ns = now_ns + PERIOD_NS;
-        // The window is closed before the message is made, so its figures are of a whole
-        // window.
+        // The window is closed before the message is made, so
+        // its figures are of a whole window.
         let window_ns = now_ns.saturating_sub(self.window_began_ns);
         if window_ns >= WINDOW_NS {
             self.close_window(window_ns);
@@ -196,8 +196,8 @@ impl HealthReporter {
         }
         self.message.header = Header::caused_by::<Health>(tick);
         self.refused.take_if(|(.., until_ns)| now_ns > *until_ns);
-        // A copy: the note of the process must be there again once the refusal or fault has
-        // passed.
+        // A copy: the note of the process must be there again
+        // once the refusal or fault has passed.
         let mut message = self.message;
         if let (true, Some((topic, invalid, _))) = (message.note.is_empty(), &self.refused) {
             message.note = Text::format(format_args!("refused a {topic}: {invalid}"));

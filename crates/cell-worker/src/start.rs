@@ -68,8 +68,8 @@ impl Start {
         if !process::die_with_parent(process::SIGTERM, parent)? {
             return Err(SetupError::Orphan);
         }
-        // Only now, as all of these may take long or fail: from here on the process ends with
-        // its launcher.
+        // Only now, as all of these may take long or fail: from here
+        // on the process ends with its launcher.
         let args = WorkerArgs::parse(words.iter().cloned())?;
         let spec = RunSpec::load(&args.spec)?;
         let cell = spec.load_cell()?;

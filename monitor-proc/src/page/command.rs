@@ -1,7 +1,6 @@
 //! The commands of a page (docs/page-protocol.md), validated.
-//!
-//! A page is a program of anyone with the token, so nothing in a command is trusted: each
-//! field has a range, names must be of this cell, and file names are never taken from a page.
+//! A page is a program of anyone with the token, so no part of a command is trusted: each field
+//! has a range, names must be of this cell, and file names are never taken from a page.
 
 use cell_model::runs::spec::Speed;
 use ipc_types::operator::OperatorAction;
@@ -202,8 +201,8 @@ fn drag(
     let known = || format!("one of {}", names.objects.join(", "));
     request.object = index.ok_or_else(|| fields.wrong("object", &known()))?;
     request.pose.position = fields.numbers("to", MAX_PLACE_M)?;
-    // Two seconds, as the page repeats a drag while the hand moves, and it must end without
-    // one.
+    // Two seconds, as the page repeats a drag while the hand
+    // moves, and it must end without one.
     request.seconds = if fields.is_missing("for_s") {
         2.0
     } else {

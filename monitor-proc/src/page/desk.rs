@@ -15,7 +15,6 @@ pub struct Reply {
     pub message: String,
 }
 
-// The two most frequent replies, so that `tick` is never set by mistake.
 impl Reply {
     /// Done, with nothing to say.
     pub fn done() -> Self {

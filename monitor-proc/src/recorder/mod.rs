@@ -174,8 +174,8 @@ impl Recorder {
 
 impl Drop for Recorder {
     fn drop(&mut self) {
-        // In this order: the flag, then no more requests, then the socket's thread is woken to
-        // see both.
+        // In this order: the flag, then no more requests, then the
+        // socket's thread is woken to see both.
         self.shared.ending.store(true, Ordering::Release);
         self.desk = None;
         socket::wake(&self.socket);

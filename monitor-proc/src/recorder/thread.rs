@@ -92,8 +92,8 @@ fn listen(job: &Job, sink: &mut Sink, report: &mut Report) -> Result<(), BusErro
         sink.at(now_ns);
         let mut fill = taps.drain(sink, &mut hops, now_ns);
         sink.flush_if_due();
-        // Only in lockstep physics waits for it; in real time the message would be for no
-        // reader.
+        // Only in lockstep physics waits for it; in real time
+        // the message would be for no reader.
         if let Some(state) = taps.newest().filter(|_| taps.is_lockstep()) {
             fill = fill.max(progress.tell(state));
         }
@@ -119,8 +119,8 @@ fn listen(job: &Job, sink: &mut Sink, report: &mut Report) -> Result<(), BusErro
                 report.write(sink.report());
             }
             Err(RecvTimeoutError::Timeout) => {}
-            // All senders are gone: the process ends, and the waiting messages are the end of
-            // the recording.
+            // All senders are gone: the process ends, and the waiting
+            // messages are the end of the recording.
             Err(RecvTimeoutError::Disconnected) => {
                 taps.drain(sink, &mut hops, now_ns);
                 return Ok(());

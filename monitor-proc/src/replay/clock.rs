@@ -42,8 +42,8 @@ impl Clock {
         if self.plays {
             let passed_s = passed_s.clamp(0.0, MAX_LEAP_S);
             self.set(self.time_s + passed_s * self.speed);
-            // Stopped, so that the page shows "play" and the next press starts from the
-            // beginning.
+            // Stopped, so that the page shows "play" and the next
+            // press starts from the beginning.
             if self.time_s >= self.to_s {
                 self.plays = false;
             }

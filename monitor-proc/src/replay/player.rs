@@ -139,8 +139,8 @@ impl<F: Film> Player<F> {
                 }
             }
             _ => {
-                // Log and pictures apart: the log reaches far back, pictures only need the last
-                // seconds.
+                // Log and pictures apart: the log reaches far back,
+                // pictures only need the last seconds.
                 let mut story = Story::default();
                 for line in self.film.log_until(time_s, KEPT_LINES)? {
                     story.take(&line);

@@ -62,8 +62,8 @@ pub fn main(arguments: impl Iterator<Item = String>) -> ExitCode {
 }
 
 fn run(arguments: impl Iterator<Item = String>) -> Result<(), ReplayError> {
-    // As for the processes of a cell: private files, a handler before the parent's death
-    // signal.
+    // As for the processes of a cell: private files, a
+    // handler before the parent's death signal.
     process::private_umask();
     signal::install_stop_handler()?;
     let parent = process::parent_pid();

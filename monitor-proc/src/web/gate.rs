@@ -66,8 +66,8 @@ impl Keys {
         // Kept, to tell a used link from a wrong one: the person gets another advice.
         let used = mem::replace(&mut self.secrets, next);
         self.used = used.operator_token;
-        // Last: if the file cannot be written the old token is gone already, which is the safe
-        // side.
+        // Last: if the file cannot be written the old token is
+        // gone already, which is the safe side.
         self.secrets.save(file)
     }
 }

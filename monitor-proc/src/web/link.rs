@@ -87,15 +87,15 @@ impl Connection {
     /// Ready with an error when the connection has to be closed.
     fn poll_closed(&mut self, cx: &mut Context<'_>) -> Poll<io::Error> {
         if Pin::new(&mut self.slot.closed).poll(cx).is_ready() {
-            // Only before the first answer: in the middle of one it would be taken for its
-            // content.
+            // Only before the first answer: in the middle of one
+            // it would be taken for its content.
             if !self.has_answered {
                 say_busy(&self.stream);
             }
             return Poll::Ready(io::ErrorKind::ConnectionAborted.into());
         }
-        // The timer is set again when it fires, not with every request: that is one atomic
-        // store.
+        // The timer is set again when it fires, not with every
+        // request: that is one atomic store.
         loop {
             ready!(self.timer.as_mut().poll(cx));
             match self.slot.idle.end() {

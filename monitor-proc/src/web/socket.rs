@@ -139,8 +139,8 @@ impl Writer {
                 Some(out) = self.outgoing.recv() => self.out(out, &mut joined.frames).await,
                 news = joined.news.recv() => match news {
                     Ok(text) => self.text(text).await,
-                    // The page was too slow for the news: it gets the whole state instead of a
-                    // gap.
+                    // The page was too slow for the news: it gets the
+                    // whole state instead of a gap.
                     Err(RecvError::Lagged(_)) => self.story().await,
                     Err(RecvError::Closed) => return self.close(Some("end")).await,
                 },
