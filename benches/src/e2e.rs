@@ -150,6 +150,7 @@ pub(crate) fn nanos(seconds: f64) -> u64 {
 /// A real-time run of a cell of this name.
 pub(crate) fn plan(cell: &str) -> Result<Plan, Failure> {
     use clap::Parser;
+    // By way of the command line, so that the bench runs exactly what a user runs.
     let cli = Cli::try_parse_from(["robocell", "run", DEMO, "--headless", "--cell", cell])
         .map_err(Failure::usage)?;
     match &cli.command {

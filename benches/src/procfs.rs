@@ -22,6 +22,7 @@ pub(crate) fn memory(pid: u32) -> Option<u64> {
     let file = |name: &str| fs::read_to_string(format!("/proc/{pid}/{name}")).ok();
     // Shares, as the processes of a cell have most of their program in common.
     let share = file("smaps_rollup").and_then(|text| field(&text, "Pss:"));
+    // The resident size counts shared pages in each process, so it is only the fallback.
     share.or_else(|| field(&file("status")?, "VmRSS:"))
 }
 

@@ -86,6 +86,7 @@ fn times(answer: &str) -> Vec<u64> {
 
 impl Drop for PythonStepper {
     fn drop(&mut self) {
+        // And waited for, so that no zombie is left for the rest of the bench.
         let _ended = self.child.kill();
         let _waited = self.child.wait();
     }

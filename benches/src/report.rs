@@ -156,6 +156,7 @@ impl Report {
 
     /// Compares the row `name` with the row `base`.
     pub(crate) fn compare(&mut self, name: &str, base: &str) {
+        // A row of a program that is not installed is missing: nothing to compare with.
         let Some(base) = self.rows.iter().find(|row| row.name == base).cloned() else {
             return;
         };

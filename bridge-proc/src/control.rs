@@ -13,7 +13,7 @@ use crate::ros::decode;
 use crate::ros::messages::PoseStamped;
 
 /// A target older than this is refused (ns): the network may have held it back.
-// A person who drags sends many a second, so an older one is never the newest wish.
+// A dragging person sends many a second, so an older one is never the newest wish.
 pub const MOST_AGE_NS: i64 = 1_000_000_000;
 /// The policy that moves an arm to the operator's target.
 const FOLLOWS: &str = "follow";

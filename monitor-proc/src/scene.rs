@@ -334,8 +334,8 @@ fn joint_json(robot: &Robot, joint: usize, home: Option<f64>) -> Option<Value> {
 fn tool(robot: &Robot) -> (&str, Isometry3<f64>) {
     let Some(frame) = robot.chain.frames().get(robot.tcp_frame) else {
         return ("", Isometry3::identity());
-    // Links are numbered from the base, which no joint moves.
     };
+    // Links are numbered from the base, which no joint moves.
     let link = robot.links.get(frame.joint.map_or(0, |joint| joint + 1));
     (link.map_or("", |link| &link.name), frame.pose)
 }

@@ -24,6 +24,7 @@ pub(crate) fn rows(all: &[Subject]) -> Result<Vec<Row>, String> {
 }
 
 fn row(subject: &Subject) -> Result<Row, String> {
+    // The start of the program is the same in both runs and cancels out.
     let (short, long) = (run(subject.name, SHORT)?, run(subject.name, LONG)?);
     let each = long.saturating_sub(short) as f64 / (LONG - SHORT) as f64;
     let name = format!("{}{SUFFIX}", subject.name);

@@ -76,6 +76,7 @@ fn mib(bytes: u64) -> f64 {
 fn of_processes() -> Result<Vec<(String, u64)>, FleetError> {
     let path = program()?;
     let name = format!("bench-{}-memory", std::process::id());
+    // The command of a user, so that the sum has every process that a run has.
     let mut command = Command::new(&path);
     command.args(["run", DEMO, "--headless", "--cell", &name]);
     command

@@ -41,6 +41,7 @@ pub(super) fn run(report: &mut Report, seconds: f64) -> Result<(), FleetError> {
     let cores = thread::available_parallelism().map_or(1, usize::from);
     let most = CELLS_PER_CORE * cores;
     let (mut carried, mut one_us) = (0, None);
+    // One more at a time: the number sought is the last one whose loops are in time.
     for cells in 1..=most {
         let late = match step(cells, seconds) {
             Ok(late) => late,

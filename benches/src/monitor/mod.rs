@@ -1,9 +1,8 @@
-//! `robocell bench monitor`: the cost of the page, and who pays it.
-//!
+//! `robocell bench monitor`: the cost of the page, and where it arises.
 //! A private cell runs in real time with its page. One viewer receives 60 frames a second: the
 //! processor time of the monitor's threads; the recorder has a separate budget. Then the viewer
-//! sends a command every 20 ms, as a person does who drags: round trips, and the processor time
-//! again. Then 16 clients flood the page in every second of ten pairs of blocks, and
+//! sends a command every 20 ms, like a person during a drag: round trips, and the processor
+//! time again. Then 16 clients flood the page in every second of ten pairs of blocks, and
 //! controllers report the lateness of their cycles. Last, in as many blocks, the monitor is
 //! killed.
 

@@ -192,9 +192,9 @@ impl Writer {
 
     async fn ping(&mut self) -> bool {
         self.unheard += 1;
+        // Any message of the page counts as an answer, so a busy page is never closed.
         if self.heard.swap(false, Ordering::AcqRel) {
             self.unheard = 0;
-        // Any message of the page counts as an answer, so a busy page is never closed.
         }
         self.unheard < 3 && self.send(Message::Ping(Bytes::new())).await
     }
