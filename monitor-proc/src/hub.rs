@@ -1,5 +1,6 @@
 //! Distributes frames and news to pages: the newest frame, and news with the last known state
 //! for late joiners. Fed by the bus, by a replayed file, or by a test.
+//!
 //! Feeding never waits for a page: frames are replaced, and news beyond the buffer are replaced
 //! by the whole state. `join` and every `tell` hold one lock, so that a page gets each message
 //! exactly once, in its state or as news.

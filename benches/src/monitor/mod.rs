@@ -1,4 +1,5 @@
 //! `robocell bench monitor`: the cost of the page, and where it arises.
+//!
 //! A private cell runs in real time with its page. One viewer receives 60 frames a second: the
 //! processor time of the monitor's threads; the recorder has a separate budget. Then the viewer
 //! sends a command every 20 ms, like a person during a drag: round trips, and the processor

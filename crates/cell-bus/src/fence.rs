@@ -1,11 +1,13 @@
 //! Decides which of the arriving messages may be used. Pure.
+//!
 //! What can go wrong: a process that was stopped and replaced wakes up and publishes again, and
-//! a bit of a header can be flipped in shared memory. The rule: the newest generation is used,
-//! and nothing of an older one. A process has one port on a topic and one generation for life,
-//! and a port delivers in the order of publication. So a header that contradicts earlier ones
-//! of *its own port* is damaged, and is not evidence about the writer; only another port can
-//! replace it. Without the port, one flipped bit in a generation looked like a successor, and
-//! the writer was ignored until it restarted.
+//! a bit of a header can be flipped in shared memory.
+//!
+//! The rule: the newest generation is used, and nothing of an older one. A process has one port
+//! on a topic and one generation for life, and a port delivers in the order of publication. So
+//! a header that contradicts earlier ones of *its own port* is damaged, and is not evidence
+//! about the writer; only another port can replace it. Without the port, one flipped bit in a
+//! generation looked like a successor, and the writer was ignored until it restarted.
 //!
 //! A change must not break: messages of a replaced port are never used, regardless of what they
 //! claim; one damaged header costs one message, not the writer. The port id comes from

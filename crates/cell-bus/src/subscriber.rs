@@ -5,6 +5,7 @@
 //! is used only after its content was validated and the fence has admitted it, and the last
 //! good message stays readable until a newer good one replaces it. A reader never waits and
 //! never makes a writer wait: it loses the oldest message instead, and counts it.
+//!
 //! A change must not break: validation comes before any use of a field, also of enumerations
 //! and lengths; at most `MAX_BORROWED` (`qos.rs`) samples are held at a time, otherwise the
 //! next `receive` fails.

@@ -1,4 +1,5 @@
 //! The commands of a page (docs/page-protocol.md), validated.
+//!
 //! A page is a program of anyone with the token, so no part of a command is trusted: each field
 //! has a range, names must be of this cell, and file names are never taken from a page.
 
