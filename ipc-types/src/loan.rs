@@ -7,9 +7,10 @@ use iceoryx2::sample_mut::SampleMut;
 
 use crate::Wire;
 
-/// Memory of the publisher's data segment for one message. It holds the content of an earlier
-/// message, or zeros: the writer sets every field that a reader may use. Errors: all loans are
-/// in use, or the segment is damaged.
+/// Memory of the publisher's data segment for one message.
+///
+/// It holds the content of an earlier message, or zeros: the writer sets every field that a
+/// reader may use. Errors: all loans are in use, or the segment is damaged.
 pub fn loan<T: Wire + ZeroCopySend + core::fmt::Debug>(
     publisher: &Publisher<ipc::Service, T, ()>,
 ) -> Result<SampleMut<ipc::Service, T, ()>, LoanError> {
