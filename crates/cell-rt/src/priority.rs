@@ -85,15 +85,8 @@ pub fn set_other() -> io::Result<()> {
     check(unsafe { libc::sched_setscheduler(0, libc::SCHED_OTHER, &raw const param) })
 }
 
-/// Puts the calling thread, and processes it starts, behind all others: they run
-/// where no other thread wants to (`SCHED_IDLE`).
-pub fn set_idle() -> io::Result<()> {
-    let param = libc::sched_param { sched_priority: 0 };
-    // SAFETY: the pointer is to a live parameter; 0 names the calling thread.
-    check(unsafe { libc::sched_setscheduler(0, libc::SCHED_IDLE, &raw const param) })
-}
-
-/// Whether the calling thread may have `SCHED_FIFO` at `priority`; puts it back afterwards.
+/// Whether the calling thread may ask for `SCHED_FIFO` at `priority`; puts it
+/// back afterwards.
 pub fn probe_fifo(priority: i32) -> bool {
     set_fifo(priority).is_ok() && set_other().is_ok()
 }

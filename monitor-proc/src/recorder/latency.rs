@@ -5,10 +5,6 @@ use serde::Serialize;
 
 /// Half of the window (ns).
 const HALF_NS: u64 = 5_000_000_000;
-/// Largest latency that is resolved (ns).
-const MAX_NS: u64 = 10_000_000_000;
-/// Two digits are enough for people.
-const DIGITS: u8 = 2;
 /// Upper ends of the buckets (us).
 const EDGES_US: [u64; 20] = [
     10, 20, 50, 100, 150, 200, 300, 500, 700, 1000, 1500, 2000, 3000, 5000, 10_000, 20_000, 50_000,
@@ -59,13 +55,10 @@ impl Window {
 
     /// Adds one hop between two times of the same clock (ns).
     pub(super) fn record(&mut self, from_ns: u64, to_ns: u64) {
-        // Saturating: a clock difference or a stopped process must not be an error here.
-        if let Some(now) = &mut self.now {
-            now.saturating_record(to_ns.saturating_sub(from_ns));
-        }
+        self.now.record(to_ns.saturating_sub(from_ns));
     }
 
-    /// The content of the window at `now_ns`.
+    /// Summary of the window at `now_ns`.
     pub(super) fn tell(&mut self, now_ns: u64) -> HopLatency {
         // Swapped, not cleared: figures stay those of at least five seconds.
         if now_ns >= self.turn_ns {
@@ -74,13 +67,8 @@ impl Window {
             self.now.clear();
         }
         let mut all = self.before.clone();
-        if let (Some(all), Some(now)) = (&mut all, &self.now) {
-            // The bounds are equal, so this does not fail.
-            let _added = all.add(now).is_ok();
-        }
-        let us = |of: &dyn Fn(&Histogram<u32>) -> u64| {
-            all.as_ref().map_or(0.0, |all| of(all) as f64 * 1.0e-3)
-        };
+        all.merge(&self.now);
+        let us = |ns: u64| ns as f64 * 1.0e-3;
         HopLatency {
             hop: self.hop,
             arm: self.arm,
