@@ -1,4 +1,5 @@
-//! Many episodes, none of which ends the others.
+//! Many episodes in parallel: an error, a panic or a warning of one episode does not end the
+//! others.
 
 use std::any::Any;
 use std::borrow::Cow;
@@ -17,41 +18,46 @@ use cell_model::runs::summary::{RunOutcome, RunSummary};
 use crate::run::{Said, to_the_end_unless};
 use crate::{OneProcess, Program, SimError};
 
-/// What became of one episode.
+/// One finished episode.
 #[derive(Clone, Debug)]
 pub struct Ended {
-    /// Which.
+    /// Seed and settings of the episode.
     pub case: Case,
-    /// Its summary, or why it could not be finished.
+    /// Its summary, or the error that ended it.
     pub result: Result<RunSummary, String>,
-    /// Warnings about it.
+    /// Warnings in the order in which they were reported.
     pub warnings: Vec<String>,
-    /// Time it took.
+    /// Wall time of the episode, its setup included.
     pub wall_time: Duration,
 }
 
-/// Which episodes, and how.
+/// A set of episodes of one task program.
 pub struct Episodes<'a> {
-    /// The task, and the cells that come with it.
+    /// The task, and the cells that it brings.
     pub program: &'a Program,
-    /// Everything but the seed, and the numbers that differ between them.
+    /// Template of each episode; the seed and the settings of a case replace its own.
     pub spec: &'a RunSpec,
-    /// Threads.
+    /// Number of threads; 0 counts as 1.
     pub jobs: usize,
-    /// Ends all of them early; those in progress are not reported.
+    /// Polled at every tick; `true` ends all episodes early. Episodes in progress are not
+    /// reported.
     pub stop: &'a (dyn Fn() -> bool + Sync),
 }
 
 impl Episodes<'_> {
-    /// Runs those of `cases`; `on_end` gets each as it ends, in any order, and says whether
-    /// to continue.
+    /// Runs `cases`. `on_end` is called from the worker threads with each finished episode, in
+    /// any order; it returns whether to continue.
     pub fn run(
         &self,
         cases: impl Iterator<Item = Case> + Send,
         on_end: &(dyn Fn(Ended) -> bool + Sync),
     ) {
+        // The lock is held only to take the next case. Episodes differ in length, so a fixed
+        // share for each thread would leave threads idle at the end.
         let cases = Mutex::new(cases);
         let next = || cases.lock().unwrap_or_else(PoisonError::into_inner).next();
+        // A flag besides `stop`: `on_end` may end all episodes while `stop` still returns
+        // `false`.
         let has_ended = AtomicBool::new(false);
         let stop = || (self.stop)() || has_ended.load(Ordering::Relaxed);
         let worker = || {
@@ -71,13 +77,14 @@ impl Episodes<'_> {
         });
     }
 
-    /// `None` when it was stopped.
+    /// `None` if the episode was stopped.
     fn one(&self, case: Case, stop: &dyn Fn() -> bool) -> Option<Ended> {
         if stop() {
             return None;
         }
         let began = Instant::now();
         let mut spec = self.spec.clone();
+        // The case is applied to a copy, so that no setting of one episode reaches the next.
         spec.seed = case.seed;
         spec.set.extend(case.settings());
         let mut warnings = Vec::new();
@@ -88,6 +95,9 @@ impl Episodes<'_> {
                 }
             })
         };
+        // A panic of one policy must not end an evaluation of hours: it becomes the result of
+        // this episode. Only `warnings` is read after a panic, and it is complete after each
+        // push.
         let result = match catch_unwind(AssertUnwindSafe(run)) {
             Ok(Ok(summary)) if summary.outcome == RunOutcome::Stopped => return None,
             Ok(Ok(summary)) => Ok(summary),
@@ -109,23 +119,24 @@ fn message(panic: &(dyn Any + Send)) -> &str {
     text.or(owned).unwrap_or("without a message")
 }
 
-/// Every file that an episode of `spec` is made from, by name, with its text: those of the
-/// cell, its robots and its behaviours.
+/// The text of every file that an episode of `spec` reads, by name: those of the cell, its
+/// robots and its behaviours. These are the inputs of an evaluation (ADR 0023).
 ///
 /// # Errors
-/// Where the first episode cannot begin.
+/// Returns an error if the first episode cannot start.
 pub fn files(program: &Program, spec: &RunSpec) -> Result<BTreeMap<String, String>, SimError> {
     let (data, log) = spec.data(&program.data).logged();
     let cell = spec.load_cell_of(&data)?;
-    // Its task reads more. A scene that cannot be set up is one with this seed.
+    // The task reads more files while it is set up. A scene that cannot be set up may depend on
+    // the seed, so it is not an error here: each episode reports its own.
     match OneProcess::with(&program.policies, &program.controllers, spec, cell) {
         Ok(_) | Err(SimError::World(_)) => Ok(log.files()),
         Err(error) => Err(error),
     }
 }
 
-/// The episodes of `sweep`, after each of its values was tried: the cell and its task are
-/// set up with it.
+/// The episodes of `sweep`. Each of its values is tried first: the cell and its task are set up
+/// with it, so a wrong value ends the evaluation before its first episode.
 ///
 /// # Errors
 /// A key or a value that the cell or the task refuses.
@@ -138,7 +149,7 @@ pub fn cases(program: &Program, spec: &RunSpec, sweep: Sweep) -> Result<Cases, S
     Ok(cases)
 }
 
-/// The number whose value is searched for, after both bounds were tried as by [`cases`].
+/// The number whose value is searched for. Both bounds are tried first, as by [`cases`].
 ///
 /// # Errors
 /// A key or a bound that the cell or the task refuses.
@@ -154,13 +165,14 @@ pub fn axis(program: &Program, spec: &RunSpec, bounds: Bounds) -> Result<Axis, S
 /// Name for messages, and text, of the cell file.
 fn cell_file(program: &Program, spec: &RunSpec) -> Result<(String, Cow<'static, str>), SimError> {
     let data = spec.data(&program.data);
-    // A demo that is unknown is refused with those that are known.
+    // Loaded first for its error: an unknown demo is refused with the list of the known ones,
+    // while reading the file alone would report a missing file.
     spec.load_cell_of(&data)?;
     let file = format!("cells/{}.toml", spec.demo);
     Ok((data.name_of(&file), data.read(&file)?))
 }
 
-/// Sets the cell and its task up with these numbers.
+/// Sets up the cell and its task with these numbers, and drops them.
 fn try_settings(program: &Program, spec: &RunSpec, set: Vec<Setting>) -> Result<(), SimError> {
     let spec = RunSpec {
         set,

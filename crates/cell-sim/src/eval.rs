@@ -1,4 +1,4 @@
-//! Many seeds, each a run of its own.
+//! Evaluation of a policy: one run for each seed and each combination of settings.
 
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
@@ -22,23 +22,24 @@ use crate::{Program, SimError};
 pub struct Plan {
     /// Template: everything but the seed and the settings.
     pub spec: RunSpec,
-    /// Numbers that are replaced.
+    /// The settings that replace numbers of the cell file.
     pub cases: Cases,
-    /// First and last seed.
+    /// First and last seed, both included.
     pub seeds: RangeInclusive<u64>,
-    /// Threads.
+    /// Number of threads.
     pub jobs: usize,
 }
 
 impl Plan {
     /// Their number; at most [`u64::MAX`].
     pub fn episodes(&self) -> u64 {
+        // Saturating: the range of all seeds has one element more than `u64::MAX`.
         let seeds = self.seeds.end().saturating_sub(*self.seeds.start());
         let variants = self.cases.sweep().variants().count() as u64;
         seeds.saturating_add(1).saturating_mul(variants)
     }
 
-    /// The same with one more number, of which all are in place.
+    /// A copy with one more setting, which applies to all episodes.
     #[must_use]
     pub fn with(&self, setting: &Setting) -> Self {
         let mut plan = self.clone();
@@ -46,9 +47,11 @@ impl Plan {
         plan
     }
 
-    /// Each of them: of every seed all combinations of values.
+    /// Each episode: every combination of values with every seed.
     pub fn all(&self) -> impl Iterator<Item = Case> + '_ {
         let variants = self.cases.sweep().variants();
+        // With seeds as the outer loop an evaluation that ends early has run all variants with
+        // its first seeds, so they can be compared.
         self.seeds.clone().flat_map(move |seed| {
             let variants = variants.clone();
             variants.map(move |variant| self.cases.case(seed, variant))
@@ -56,7 +59,7 @@ impl Plan {
     }
 }
 
-/// A run file for cells without processes.
+/// A run file for cells without processes: empty paths, one arm, the largest speed.
 pub fn template(demo: &str, policy: &str) -> RunSpec {
     RunSpec {
         contract: wire::contract(),
@@ -90,7 +93,7 @@ pub fn template(demo: &str, policy: &str) -> RunSpec {
     }
 }
 
-/// What became of all runs.
+/// Result of all runs.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct EvalSummary {
     /// Name of the demo.
@@ -154,11 +157,11 @@ impl EvalSummary {
     }
 }
 
-/// Runs every seed once; `on_end` gets each run as it ends, in any order. One that could not
-/// be finished counts as a run that is not done. Returns what became of all.
+/// Runs every case once; `on_end` gets each run as it ends, in any order. A run that ended with
+/// an error counts as a run that is not done. Returns the totals.
 ///
 /// # Errors
-/// Where no run could begin, whatever its seed.
+/// Returns an error if no run can start, whatever its seed.
 pub fn evaluate(
     program: &Program,
     plan: &Plan,
@@ -169,6 +172,8 @@ pub fn evaluate(
         seed: first,
         ..plan.spec.clone()
     };
+    // Loads everything once with the first seed, only for the error: without it each of a
+    // thousand runs would report the same wrong file.
     episodes::files(program, &spec)?;
     let counts = Mutex::new(EvalSummary {
         demo: spec.demo.clone(),
@@ -187,6 +192,7 @@ pub fn evaluate(
         let mut counts = counts.lock().unwrap_or_else(PoisonError::into_inner);
         match &ended.result {
             Ok(summary) => counts.add(summary),
+            // Errors count as runs, so that `done` of `runs` is the rate of success.
             Err(_) => counts.runs += 1,
         }
         true

@@ -1,5 +1,5 @@
-//! The cores of a cell in one process, without a bus: the same seed and script
-//! give the same state hash as four processes in lockstep.
+//! The cores of a cell in one process, without a bus: the same seed and script give the same
+//! state hash as four processes in lockstep (ADR 0004).
 #![forbid(unsafe_code)]
 
 pub mod episodes;
@@ -17,15 +17,14 @@ pub use controller_proc;
 use controller_proc::Controllers;
 use robocell_task::Policies;
 
-/// What a task program brings: the jobs it can do, and the cells and robots that
-/// come with it.
+/// What a task program provides: policies, controllers, and the cells and robots of its own.
 #[derive(Clone)]
 pub struct Program {
-    /// Its jobs.
+    /// Policies by the kind of `[task]`.
     pub policies: Policies,
-    /// The controllers its arms can be moved by.
+    /// Controllers that an arm may name.
     pub controllers: Controllers,
-    /// Where a cell is looked for that the user gave no folder for.
+    /// Where a cell is searched for if the user gave no folder.
     pub data: Data,
 }
 
@@ -58,12 +57,12 @@ pub enum SimError {
     /// A script with a wrong line.
     #[error(transparent)]
     Script(#[from] cell_model::cells::script::ScriptError),
-    /// The program that did the task of a recorded run does not start.
+    /// The task program of a recorded run cannot be started.
     #[error(
         "the task program of this run, {path}: {source}; build it again, or name another one with `--task PROGRAM`"
     )]
     TaskProgram {
-        /// Where it was.
+        /// Its path in the recording.
         path: String,
         /// Why.
         source: std::io::Error,
@@ -71,10 +70,10 @@ pub enum SimError {
     /// A recording that cannot be verified.
     #[error(transparent)]
     Verify(#[from] verify::VerifyError),
-    /// A snapshot that cannot be taken back.
+    /// A snapshot that cannot be restored.
     #[error(transparent)]
     Snapshot(#[from] snapshot::SnapshotError),
-    /// A checkpoint that the task does not take back.
+    /// A checkpoint that the task refuses.
     #[error(transparent)]
     Checkpoint(#[from] robocell_task::CheckpointError),
 }

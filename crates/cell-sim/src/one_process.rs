@@ -1,4 +1,19 @@
-//! The cores of a cell in one process, in the order the messages would take.
+//! The cores of a cell in one process, called in the order in which their messages would be
+//! delivered.
+//!
+//! `eval`, the tests and `robocell.Cell` of Python trust that a run here has the state hash of
+//! the four processes in lockstep (ADR 0004). It differs as soon as one core sees a message one
+//! tick earlier or later than its process would. The rules that prevent it:
+//!
+//! - A decision and a command that are computed from a state act on the *next* tick: physics
+//!   gets them in its following step, controllers in their following update.
+//! - A restart of the task or of a controller rebuilds it from the same checkpoint or from
+//!   nothing, exactly as its process would.
+//! - Plans are answered by the same pure function, after the same number of ticks (ADR 0021).
+//! - Nothing here reads a clock: ages are differences of ticks (ADR 0002).
+//!
+//! A change must keep the order in `answer`: state, then decision, then commands, with the
+//! *previous* decision given to the controllers.
 
 use cell_model::Cell;
 use cell_model::cells::script::ScriptAction;
@@ -35,29 +50,28 @@ pub struct OneProcess {
     pub(crate) state: Box<WorldState>,
     pub(crate) commands: Vec<ArmCommand>,
     pub(crate) statuses: Vec<ArmStatus>,
-    /// The decision in force, and the one of the present tick, which counts
-    /// from the next tick on.
+    /// The newest decision. Once made it acts from the next tick on.
     pub(crate) decision: Decision,
     pub(crate) decided: bool,
     pub(crate) trace: Vec<(u64, String)>,
     lines: Vec<robocell_task::TraceLineText>,
     pub(crate) task_restarts: u32,
-    /// Why the task failed.
+    /// Reason for which the task failed.
     pub(crate) message: Message,
     warnings: Vec<String>,
-    /// Faults of physics that were reported.
+    /// Faults of physics reported so far.
     faults: usize,
     lost: usize,
 }
 
 impl OneProcess {
-    /// Sets the cell of `spec` up, with the built-in controllers, and lets every core
-    /// answer its first state.
+    /// Sets up the cell of `spec` with the built-in controllers. Every core answers its first
+    /// state.
     pub fn new(policies: &Policies, spec: &RunSpec, cell: Cell) -> Result<Self, SimError> {
         Self::with(policies, &Controllers::default(), spec, cell)
     }
 
-    /// As [`OneProcess::new`], with these controllers.
+    /// As [`OneProcess::new`], with `controllers`.
     pub fn with(
         policies: &Policies,
         controllers: &Controllers,
@@ -86,11 +100,15 @@ impl OneProcess {
             lines: Vec::new(),
             task_restarts: 0,
             message: Message::default(),
+            // Warnings of the cell come first: they explain what goes wrong in the ticks that
+            // follow.
             warnings: physics_proc::warnings(&cell),
             faults: 0,
             lost: 0,
             cell,
         };
+        // Processes answer the first state before the first step, too; without this the first
+        // step would have no command.
         sim.answer();
         Ok(sim)
     }
@@ -100,7 +118,7 @@ impl OneProcess {
         &self.state
     }
 
-    /// What the task remembers.
+    /// The memory of the task, encoded.
     pub fn task_checkpoint(&self) -> Vec<u8> {
         self.decider.task.checkpoint()
     }
@@ -130,12 +148,12 @@ impl OneProcess {
         std::mem::take(&mut self.warnings)
     }
 
-    /// The task, for its pictures.
+    /// The task, for the pictures of its policy.
     pub fn task(&self) -> &Task {
         &self.decider.task
     }
 
-    /// What the run has reached, of `spec` and after `wall_time_s`.
+    /// Summary of the run up to now; `wall_time_s` is copied into it.
     pub fn summary(&self, spec: &RunSpec, wall_time_s: f64) -> RunSummary {
         let names = self.cell.objects.iter().map(|object| object.name.clone());
         let facts = RunFacts {
@@ -159,17 +177,17 @@ impl OneProcess {
         self.task_restarts
     }
 
-    /// Whether the run has come to its end.
+    /// Whether the run has ended: its task is done or failed, or its time limit is reached.
     pub fn is_ending(&self) -> bool {
         self.plant.is_ending()
     }
 
-    /// An operator's request.
+    /// Handles an operator's request and returns the answer of physics.
     pub fn operate(&mut self, request: &OperatorRequest) -> OperatorReply {
         self.plant.operate(request)
     }
 
-    /// One tick. `false` when the cell stands still: paused, or at its end.
+    /// One tick. `false` if no step was made: the cell is paused, or its run has ended.
     pub fn tick(&mut self) -> Result<bool, SimError> {
         self.tick_observed(|_| {})
     }
@@ -179,6 +197,9 @@ impl OneProcess {
     pub fn tick_observed(&mut self, mut observe: impl FnMut(bool)) -> Result<bool, SimError> {
         let decision = self.decided.then_some(&self.decision);
         let mut next = self.plant.before_step(decision);
+        // Lines of a script that concern a process (kill, stop) are the launcher's, which
+        // physics waits for (ADR 0001). Here the request is carried out and acknowledged at
+        // once.
         while let Some((line, action)) = self.plant.waiting().cloned() {
             self.act(&action)?;
             let mut done = OperatorRequest::zeroed();
@@ -189,10 +210,13 @@ impl OneProcess {
                 .plant
                 .before_step(self.decided.then_some(&self.decision));
         }
+        // The state is written even without a step: a request may have changed the panel in it.
         if next == Next::Wait {
             self.plant.write_state(&mut self.state);
             return Ok(false);
         }
+        // Commands are those of the last `answer`: each acts one tick after the state that
+        // caused it.
         let mut commands = [None; MAX_ARMS];
         for (slot, command) in commands.iter_mut().zip(&self.commands) {
             *slot = Some(command);
@@ -206,7 +230,7 @@ impl OneProcess {
         Ok(true)
     }
 
-    /// Faults of physics, as its process would write them in its log.
+    /// Reports the faults of physics that its process would log.
     fn look_for_faults(&mut self) {
         let world = self.plant.world();
         if std::mem::replace(&mut self.faults, world.faults()) < world.faults() {
@@ -218,11 +242,12 @@ impl OneProcess {
         }
     }
 
-    /// The answers of all controllers and tasks to the present state.
+    /// Lets the task and all controllers answer the present state.
     fn answer(&mut self) {
         self.plant.write_state(&mut self.state);
         let tick = self.state.header.tick;
-        // A decision of this tick counts from the next tick on.
+        // A decision of this tick counts from the next tick on, so controllers get the one
+        // before. The copy is made only then.
         let decides = tick.is_multiple_of(DECISION_TICKS);
         let (was_decided, copy) = (self.decided, decides.then_some(self.decision));
         if decides {
@@ -236,6 +261,8 @@ impl OneProcess {
             .zip(&mut self.commands)
             .zip(&mut self.statuses)
             .zip(&mut self.planners);
+        // A plan is taken before the update, as in the controller process: its answer belongs
+        // to this tick (ADR 0021).
         for (((cycle, command), status), planner) in answers {
             cycle.plan_with(planner, tick);
             cycle.update(
@@ -251,14 +278,17 @@ impl OneProcess {
     fn decide(&mut self, tick: u64) {
         let mut statuses = [None; MAX_ARMS];
         for (slot, status) in statuses.iter_mut().zip(&self.statuses) {
+            // At tick 0 no controller has a status yet: their memory is zeroed, not a message.
             *slot = (tick > 0).then_some(status);
         }
         self.lines.clear();
-        // Physics is started once.
+        // Physics is started once here, so no older state of it can return: no history is
+        // needed.
         let _begun = self.decider.begin(&self.state, &mut NoHistory);
         self.decider
             .decide(&self.state, &statuses, &mut self.decision, &mut self.lines);
-        // Physics tells by it who counts the equipment's requests.
+        // As in a process, the generation is the number of starts of the task: physics reports
+        // by it which task it obeys.
         self.decision.header.generation = self.task_restarts + 1;
         self.decided = true;
         self.message
@@ -271,7 +301,7 @@ impl OneProcess {
         );
     }
 
-    /// What a launcher would do to a process.
+    /// Carries out an action that the launcher would apply to a process.
     fn act(&mut self, action: &ScriptAction) -> Result<(), SimError> {
         let ScriptAction::Kill { process } = action else {
             return Ok(());
@@ -283,7 +313,7 @@ impl OneProcess {
                 Ok(())
             }
             word if word.starts_with("controller-") => self.restart_controller(word),
-            // The world is this process, and a monitor there is none.
+            // Physics and this process are the same, and no monitor exists: nothing to restart.
             _ => Ok(()),
         }
     }
@@ -299,13 +329,15 @@ impl OneProcess {
 
     /// Drops the task; a new one resumes from its checkpoint.
     pub fn restart_task(&mut self) -> Result<(), SimError> {
+        // The tick of the last decision is handed over, too: by it the new decider notices
+        // missed ticks and another start of physics.
         let checkpoint = self.decider.task.checkpoint();
         let decided = self.decider.decided();
         let mut decider = Decider::new(self.policies.task(&self.cell, &self.policy)?);
         decider.restore(&checkpoint, decided)?;
         self.decider = decider;
         self.task_restarts += 1;
-        // As the process says it.
+        // The log line that a task process writes after a restart.
         let line = self.decider.task.restored().line();
         self.trace.push((self.state.header.tick, line.to_owned()));
         Ok(())

@@ -1,4 +1,4 @@
-//! One run to its end, and its summary.
+//! One run to its end, with its summary.
 
 use std::path::Path;
 use std::time::Instant;
@@ -20,9 +20,8 @@ pub enum Said<'a> {
     Warning(&'a str),
 }
 
-/// Runs `spec` until its task is done or its time limit is reached. `on_said` gets each
-/// line of the task's log and each warning, those of the first and the last decision
-/// included.
+/// Runs `spec` until its task is done or its time limit is reached. `on_said` gets each line of
+/// the task's log and each warning, those of the first and of the last decision included.
 pub fn to_the_end(
     program: &Program,
     spec: &RunSpec,
@@ -31,7 +30,7 @@ pub fn to_the_end(
     to_the_end_unless(program, spec, &|| false, on_said)
 }
 
-/// As [`to_the_end`]; a run ends early, as stopped, when `stop` says so.
+/// As [`to_the_end`], but the run ends early, as stopped, once `stop` returns `true`.
 pub fn to_the_end_unless(
     program: &Program,
     spec: &RunSpec,
@@ -41,6 +40,8 @@ pub fn to_the_end_unless(
     let began = Instant::now();
     let cell = spec.load_cell_from(&program.data)?;
     let limit_s = spec.time_limit_s.unwrap_or(cell.time_limit_s);
+    // A run without its own limit takes that of the cell: a job that never ends would block a
+    // thread of an evaluation for ever.
     let spec = RunSpec {
         time_limit_s: Some(limit_s),
         ..spec.clone()
@@ -48,7 +49,8 @@ pub fn to_the_end_unless(
     let mut sim = OneProcess::with(&program.policies, &program.controllers, &spec, cell)?;
     let mut stopped = false;
     loop {
-        // A job can end with its first decision, before a tick.
+        // News are taken after each call, also after one without a step: a job can end with its
+        // first decision, before any tick.
         let advanced = sim.tick()?;
         tell_news(&mut sim, &mut on_said);
         stopped |= advanced && stop();
@@ -59,6 +61,8 @@ pub fn to_the_end_unless(
     let mut summary = sim.summary(&spec, began.elapsed().as_secs_f64());
     if stopped {
         summary.outcome = RunOutcome::Stopped;
+    // No step and no end: a script paused the cell. Reported as a warning, because the run
+    // would otherwise look like one that reached its time limit.
     } else if !sim.is_ending() {
         let time_s = summary.sim_time_s;
         let paused = format!(

@@ -1,5 +1,16 @@
-//! All of a cell in one process as bytes: the world, what each controller and the task
-//! remember, and the messages in flight.
+//! All of a cell in one process as bytes: the world, the memory of each controller and of the
+//! task, and the messages in flight.
+//!
+//! Two things can go wrong. A part that is not saved makes the continuation differ from the
+//! original run by one bit, which only a comparison of state hashes shows. And a restore that
+//! fails half way leaves a world of one instant with controllers of another. So:
+//!
+//! - Messages of the present tick are part of the snapshot, because the next step and the next
+//!   decision read them.
+//! - `restore` builds every part aside first; the plant, which is changed in place, is the last
+//!   step that may fail, and it is unchanged if it does.
+//! - A field added to [`OneProcess`] that influences a tick must be added to `Saved`, with a
+//!   new `VERSION`.
 
 use cell_model::runs::message::Message;
 use cell_model::stop::DECISION_AGE_FIFO_TICKS;
@@ -11,10 +22,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::{OneProcess, SimError};
 
-/// Version of the layout; another one is refused.
+/// Version of the layout; another one is refused: bincode has no field names, so another layout
+/// would be read as wrong values, not as an error.
 const VERSION: u32 = 1;
 
-/// Why a snapshot was not taken back.
+/// Reason for which a snapshot was refused.
 #[derive(Debug, thiserror::Error)]
 pub enum SnapshotError {
     /// Damaged, or of another layout.
@@ -26,7 +38,7 @@ pub enum SnapshotError {
         /// Version in the snapshot.
         found: u32,
     },
-    /// Of a cell with other arms.
+    /// Of a cell with another number of arms.
     #[error("the snapshot has {found} arms, this cell has {expected}")]
     OtherArms {
         /// Arms in the snapshot.
@@ -69,6 +81,7 @@ impl OneProcess {
     /// # Errors
     /// None that the state of a cell causes.
     pub fn snapshot(&mut self) -> Result<Vec<u8>, SimError> {
+        // As large as the record of a controller in a recording: `save` refuses a longer one.
         let mut room = vec![0; KEYFRAME_BYTES];
         let mut arms = Vec::with_capacity(self.cycles.len());
         let messages = self.commands.iter().zip(&self.statuses);
@@ -94,12 +107,12 @@ impl OneProcess {
         Ok(bincode::serialize(&saved).map_err(SnapshotError::from)?)
     }
 
-    /// Goes back to a snapshot of this cell, with this policy. What follows is computed
-    /// as it was after the snapshot, bit for bit.
+    /// Restores a snapshot of this cell, with this policy. The ticks that follow are computed
+    /// as they were after the snapshot, bit for bit.
     ///
     /// # Errors
-    /// For damaged bytes, and those of another cell or version. The cell is unchanged
-    /// then.
+    /// Returns an error for damaged bytes, and for those of another cell or version. The cell
+    /// is unchanged then.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), SimError> {
         let (saved, messages) = self.read(bytes)?;
         let mut cycles = Vec::with_capacity(saved.arms.len());
@@ -109,8 +122,10 @@ impl OneProcess {
             cycles.push(cycle);
         }
         let mut decider = Decider::new(self.policies.task(&self.cell, &self.policy)?);
+        // `None`: the world goes back, too, so the decider has no gap to reconcile.
         decider.restore(&saved.task, None)?;
-        // The last step that can fail; it changes nothing when it does.
+        // The last step that can fail, and it changes nothing if it does; what follows only
+        // moves values, so the cell is never half restored.
         self.plant.restore(&saved.plant)?;
         self.cycles = cycles;
         self.decider = decider;
@@ -119,6 +134,7 @@ impl OneProcess {
         self.statuses = messages.statuses;
         self.decided = saved.decided;
         self.task_restarts = saved.task_restarts;
+        // Lines and messages after the snapshot belong to a future that is dropped.
         self.trace.clear();
         self.message = Message::default();
         self.plant.write_state(&mut self.state);
@@ -126,7 +142,7 @@ impl OneProcess {
     }
 
     fn read(&self, bytes: &[u8]) -> Result<(Saved, Messages), SnapshotError> {
-        // The version comes first, whatever follows it.
+        // The version is read alone first: the rest of another layout may not even decode.
         let found: u32 = bincode::deserialize(bytes.get(..4).unwrap_or_default())?;
         if found != VERSION {
             return Err(SnapshotError::Version { found });
@@ -138,6 +154,8 @@ impl OneProcess {
         }
         let arms = saved.arms.iter();
         let messages = Messages {
+            // Lengths are checked by `from_bytes`: bytes of another build are refused, not
+            // reinterpreted.
             decision: message(&saved.decision)?,
             commands: arms
                 .clone()

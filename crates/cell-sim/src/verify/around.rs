@@ -1,4 +1,4 @@
-//! What a field held around the moment at which it differs first.
+//! The values of one field around the tick at which it first differs.
 
 use cell_record::{Channel, Recording};
 use ipc_types::header::Message as Headed;
@@ -11,19 +11,19 @@ use super::report::Report;
 /// Half a second before the difference, and as much after it.
 const TICKS: u64 = 500;
 
-/// A field in a message of the recording and in the one computed again.
+/// Values of a field in a recorded message and in the computed one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Around {
     /// Tick that caused the message.
     pub tick: u64,
     /// Its value in the recording.
     pub recorded: f64,
-    /// Its value as computed; that of the recording before the difference.
+    /// Its value as computed; before the difference equal to the recorded one.
     pub computed: f64,
 }
 
 impl Report {
-    /// Takes both messages down, if they follow the first difference and are of its kind.
+    /// Stores both values if the message follows the first difference and is of its kind.
     pub(super) fn follow<T: Headed>(&mut self, name: &str, recorded: &T, computed: &T) {
         let Some(first) = &self.first_difference else {
             return;
@@ -42,7 +42,9 @@ impl Report {
         }
     }
 
-    /// Adds what was recorded before the first difference.
+    /// Adds the recorded values before the first difference.
+    // Read from the file again: values before the difference are known to matter only once it
+    // is found, and keeping them for every field would take memory for nothing.
     pub(super) fn look_back(&mut self, recording: &Recording) {
         let Some(first) = self.first_difference.as_ref() else {
             return;
@@ -53,13 +55,14 @@ impl Report {
     }
 }
 
-/// A number; `None` for a text or a name.
+/// The value as a finite number; `None` for a text or a name.
 fn number<T: Headed>(message: &T, field: &str) -> Option<f64> {
     let value: f64 = field_text(message, field)?.parse().ok()?;
     value.is_finite().then_some(value)
 }
 
-/// The messages before a difference: all that was compared of them is the same.
+/// The messages before a difference. All of them that were compared are equal, so the recorded
+/// value stands for both.
 fn before(recording: &Recording, first: &Difference) -> Vec<Around> {
     let ticks = first.tick.saturating_sub(TICKS)..first.tick;
     let entries = recording.messages().filter(|entry| {
@@ -84,7 +87,7 @@ fn before(recording: &Recording, first: &Difference) -> Vec<Around> {
     entries.filter_map(read).collect()
 }
 
-/// What a difference calls the messages of a channel; empty for what has no fields.
+/// Name of the messages of a channel, as in a difference; empty if they have no fields.
 fn name(channel: Channel) -> String {
     match channel {
         Channel::Decision => "decision".to_owned(),

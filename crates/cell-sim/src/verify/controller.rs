@@ -1,4 +1,4 @@
-//! The controller of one arm, computed again.
+//! Verification of the controller of one arm: its commands are computed a second time.
 
 use std::collections::VecDeque;
 
@@ -22,7 +22,7 @@ pub(super) struct ArmCheck<'a> {
     cell: &'a Cell,
     controllers: &'a Controllers,
     arm: u8,
-    /// Made when the first plan was answered.
+    /// Made with the first plan that was answered: most arms never plan.
     planner: Option<Planner>,
     waiting: VecDeque<Box<ArmCommand>>,
     running: Option<Running>,
@@ -30,7 +30,7 @@ pub(super) struct ArmCheck<'a> {
     bytes: Vec<u8>,
 }
 
-/// A controller as it was after a command.
+/// A controller in its state after a command.
 struct Running {
     cycle: Cycle,
     decision_limit_ticks: u64,
@@ -51,12 +51,12 @@ impl<'a> ArmCheck<'a> {
         }
     }
 
-    /// The next command of this arm.
+    /// Queues the next recorded command of this arm.
     pub(super) fn offer(&mut self, command: Box<ArmCommand>) {
         self.waiting.push_back(command);
     }
 
-    /// Computes what can be computed by now.
+    /// Computes every command whose inputs are recorded by now.
     pub(super) fn go_on(
         &mut self,
         inputs: &Inputs,
@@ -66,11 +66,16 @@ impl<'a> ArmCheck<'a> {
         while let Some(command) = self.waiting.front() {
             let (generation, seq) = key(&command.header);
             let before = (generation, seq.saturating_sub(1));
+            // The controller computed so far continues only with the very next number of the
+            // same generation. After a gap or a restart its memory is unknown, so a state
+            // record is needed.
             if self.running.as_ref().is_none_or(|r| r.at != before) {
                 self.running = self.begin(before, records)?;
                 report.stretches += u64::from(self.running.is_some());
             }
             match self.step(inputs, report)? {
+                // Topics are recorded one after the other, so an input may follow later. Beyond
+                // `PATIENCE` it will not, and waiting would hold every later command.
                 Step::Wait if self.waiting.len() < PATIENCE => return Ok(()),
                 Step::Wait | Step::Lost => {
                     self.running = None;
@@ -109,10 +114,13 @@ impl<'a> ArmCheck<'a> {
             Err(step) => return Ok(step),
         };
         if let Some(request) = running.cycle.plan_request() {
-            // When the answer came is in the status alone.
+            // The status alone names the answered plan, hence the tick in which it was taken;
+            // without the status the path of the arm from here on is unknown.
             let Some(status) = heard.status else {
                 return Ok(Step::Lost);
             };
+            // The answer is computed again, not read: `Planner::answer` is pure (ADR 0021), so
+            // the plan itself is verified, too.
             if status.answered_plan == request.id {
                 let planner = match &mut self.planner {
                     Some(planner) => planner,
@@ -122,6 +130,8 @@ impl<'a> ArmCheck<'a> {
                 running.cycle.answer_plan(&mut Some(answer));
             }
         }
+        // Objects are left out: a controller does not read them, and they are not in every
+        // record.
         heard.state.write_arms(&mut self.state);
         let (mut computed, mut said) = (ArmCommand::zeroed(), ArmStatus::zeroed());
         running.cycle.update(
@@ -131,6 +141,7 @@ impl<'a> ArmCheck<'a> {
             &mut computed,
             &mut said,
         );
+        // From here on the controller is in the state after this command, compared or not.
         running.at = key(&command.header);
         report.compared_at(command.header.tick);
         let arm = self.arm;
@@ -151,8 +162,8 @@ impl<'a> ArmCheck<'a> {
         Ok(Step::Done)
     }
 
-    /// Compares what is remembered now with the checkpoint of it, if there is one,
-    /// and continues from that where they differ.
+    /// Compares the memory of the controller with its recorded checkpoint, if there is one for
+    /// this command, and continues from the recorded one where they differ.
     fn check_record(
         &mut self,
         at: Key,
@@ -180,15 +191,17 @@ impl<'a> ArmCheck<'a> {
             recorded,
             computed,
         }));
+        // Continuing from the computed memory would report one error again in every later
+        // message.
         self.running = self.begin(at, records)?;
         Ok(())
     }
 }
 
-/// What a command was computed from, and the status that went with it.
+/// The inputs of a command, and the status that was sent with it.
 struct Heard<'i> {
     state: &'i SeenState,
-    /// Only one that is news to the controller.
+    /// Only one that is new to the controller.
     decision: Option<&'i Decision>,
     status: Option<&'i ArmStatus>,
 }
@@ -201,7 +214,8 @@ fn heard<'i>(
 ) -> Result<Heard<'i>, Step> {
     let state = input(&command.header, TopicId::WorldState).ok_or(Step::Lost)?;
     let state = inputs.states.find(state).here()?;
-    // What is latched already changes nothing when it is heard again.
+    // A decision that the controller has latched already changes nothing, and may be older than
+    // the first recorded one: it is not needed.
     let named = input(&command.header, TopicId::Decision);
     let decision = match named.filter(|named| latched != Some(*named)) {
         Some(named) => Some(&**inputs.decisions.find(named).here()?),
@@ -210,7 +224,8 @@ fn heard<'i>(
     let shelf = inputs.statuses.get(usize::from(arm)).ok_or(Step::Lost)?;
     let status = match shelf.find(key(&command.header)) {
         Found::NotYet => return Err(Step::Wait),
-        // The two are sent together, and the same number of times.
+        // Command and status of a cycle are sent together and have the same number. Unequal
+        // inputs mean that one was not recorded, so the status is of another cycle.
         Found::Here(status) => {
             Some(&**status).filter(|status| status.header.inputs == command.header.inputs)
         }

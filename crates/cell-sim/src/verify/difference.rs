@@ -1,11 +1,11 @@
-//! Where two messages differ first, by the name of the field.
+//! The first field in which two messages differ.
 
 use std::fmt::Debug;
 
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// The first difference of a recording from what is computed.
+/// The first difference between a recorded and a computed message.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Difference {
     /// `decision`, `command of arm 0`, `status of arm 0`, `record of task`, ...
@@ -26,6 +26,8 @@ pub struct Difference {
 
 /// Path and both values of the first field that differs.
 pub(super) fn first_field<T: Debug>(recorded: &T, computed: &T) -> (String, String, String) {
+    // The printed form is compared, not the bytes: it has the names of the fields, for any type
+    // with `Debug` and without a table of offsets.
     let (one, other) = (format!("{recorded:#?}"), format!("{computed:#?}"));
     let mut path = Path::default();
     for (a, b) in one.lines().zip(other.lines()) {
@@ -34,11 +36,13 @@ pub(super) fn first_field<T: Debug>(recorded: &T, computed: &T) -> (String, Stri
             return (path.text(), value(a), value(b));
         }
     }
+    // Bytes differ and text does not: padding, or values that print the same, such as NaNs with
+    // other payloads.
     let hidden = || "equal as text, not in its bytes".to_owned();
     ("(hidden)".to_owned(), hidden(), hidden())
 }
 
-/// The value of a field, by the way to it.
+/// The value of a field, by its path.
 pub(super) fn field_text<T: Debug>(message: &T, field: &str) -> Option<String> {
     let printed = format!("{message:#?}");
     let mut path = Path::default();
@@ -48,7 +52,7 @@ pub(super) fn field_text<T: Debug>(message: &T, field: &str) -> Option<String> {
     })
 }
 
-/// Where two records of bytes differ first.
+/// The first byte at which two records differ.
 pub(super) fn first_byte(recorded: &[u8], computed: &[u8]) -> (String, String, String) {
     let at = recorded.iter().zip(computed).position(|(a, b)| a != b);
     if let Some(at) = at {
@@ -59,8 +63,8 @@ pub(super) fn first_byte(recorded: &[u8], computed: &[u8]) -> (String, String, S
     ("length".to_owned(), length(recorded), length(computed))
 }
 
-/// The way to a line of the printed form of a message, of which every level is
-/// four spaces further in.
+/// The path to a line of the printed form of a message; each level is indented by four more
+/// spaces.
 #[derive(Default)]
 struct Path {
     levels: Vec<Level>,
@@ -68,7 +72,7 @@ struct Path {
 
 struct Level {
     name: Option<String>,
-    /// Lines of this level so far, for lists.
+    /// Lines of this level so far: the index within a list.
     index: usize,
 }
 
@@ -76,7 +80,7 @@ impl Path {
     fn enter(&mut self, line: &str) {
         let text = line.trim_start_matches(' ');
         let depth = (line.len() - text.len()) / 4;
-        // The name of the type, and the ends of lists and of structs.
+        // The line with the name of the type, and the closing brackets of lists and structs.
         if depth == 0 || text.starts_with([']', '}', ')']) {
             return;
         }

@@ -1,4 +1,4 @@
-//! What the processes heard, as far as it was recorded.
+//! The recorded inputs of the processes.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ use super::report::Report;
 use super::shelf::{Key, Sequence, Shelf, key};
 use super::states::States;
 
-/// The messages that others were computed from.
+/// The messages from which others were computed.
 #[derive(Default)]
 pub(super) struct Inputs {
     pub(super) states: States,
@@ -21,8 +21,8 @@ pub(super) struct Inputs {
 }
 
 impl Inputs {
-    /// Takes a message in and says what is missing before it. `false` for one
-    /// that is no news: it was recorded twice.
+    /// Stores a message and reports a gap before it. `false` for a duplicate, which a recording
+    /// may have where a recorder was restarted.
     pub(super) fn put(&mut self, message: &Message, report: &mut Report) -> bool {
         let (topic, missing, tick) = match message {
             Message::World(piece) => {
@@ -52,13 +52,14 @@ impl Inputs {
                 let missing = self.decisions.put(key(&decision.header), decision.clone());
                 (TopicId::Decision, missing, decision.header.tick)
             }
+            // Records were collected before the first message was taken.
             Message::Keyframe(..) => return false,
         };
         report.gap(&topic.service(), missing, tick);
         true
     }
 
-    /// Nothing more will come.
+    /// Marks the end of the recording: missing inputs will not follow.
     pub(super) fn end(&mut self) {
         self.states.end();
         self.statuses.iter_mut().for_each(Shelf::end);
@@ -73,26 +74,26 @@ pub(super) fn input(header: &Header, topic: TopicId) -> Option<Key> {
     named.map(|input| (input.generation, input.seq)).next()
 }
 
-/// What a process remembered after a message.
+/// The memory of a process after a message.
 pub(super) struct Checkpoint {
     pub(super) header: Header,
     pub(super) bytes: Vec<u8>,
 }
 
-/// The state records of a recording, by process, generation and the number of
-/// the message they stand after.
+/// The state records of a recording, by process, generation and the number of the message after
+/// which they were taken.
 #[derive(Default)]
 pub(super) struct Checkpoints {
     records: BTreeMap<(Process, u32, u64), Checkpoint>,
-    /// By process: a checkpoint of which parts are missing.
+    /// Per process: a checkpoint whose last parts were not read yet.
     parts: BTreeMap<Process, Checkpoint>,
 }
 
 impl Checkpoints {
-    /// Collects them.
+    /// Collects all records of a recording.
     pub(super) fn of(recorded: &(impl Recorded + ?Sized)) -> Self {
         let mut records = Self::default();
-        // What cannot be read is said once, when the messages are taken.
+        // Unreadable messages are reported once, when `verify` takes the messages.
         for message in recorded.messages().flatten() {
             if let Message::Keyframe(process, keyframe) = message {
                 records.take(process, &keyframe);
@@ -110,7 +111,8 @@ impl Checkpoints {
         let Some(mut checkpoint) = self.parts.remove(&process) else {
             return;
         };
-        // Without the part before, which was not recorded, it is of no use.
+        // The part before was not recorded: a checkpoint with a hole would restore wrong memory
+        // and report differences that do not exist.
         if checkpoint.bytes.len() as u64 != keyframe.offset || keyframe.bytes().is_empty() {
             return;
         }
@@ -123,7 +125,7 @@ impl Checkpoints {
         }
     }
 
-    /// The checkpoint as of the message with `key`; number 0 for before the first.
+    /// The checkpoint after the message with `key`; number 0 means before the first message.
     pub(super) fn after(&self, process: Process, key: Key) -> Option<&Checkpoint> {
         self.records.get(&(process, key.0, key.1))
     }

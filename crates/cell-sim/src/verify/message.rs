@@ -1,4 +1,4 @@
-//! What a recording holds, one message at a time.
+//! The recorded messages that verification reads.
 
 use ipc_types::topic::Process;
 use ipc_types::{ArmCommand, ArmStatus, Decision, Keyframe, WorldPiece};
@@ -14,18 +14,18 @@ pub enum Message {
     Status(u8, Box<ArmStatus>),
     /// Decision of the task.
     Decision(Box<Decision>),
-    /// What a process remembered.
+    /// Part of the memory of a process.
     Keyframe(Process, Box<Keyframe>),
 }
 
-/// The messages of a recording one after the other, and in between why some
-/// cannot be read.
+/// The messages of a recording in order. An `Err` is the reason for which one cannot be read;
+/// later messages may follow.
 pub type Messages<'a> = Box<dyn Iterator<Item = Result<Message, String>> + 'a>;
 
-/// Something recorded, which can be read more than once. Messages of one topic
-/// come in the order they were sent; those of different topics in any order.
+/// A recorded run that can be read more than once. Messages of one topic are in the order in
+/// which they were sent; those of different topics may be in any order.
 pub trait Recorded {
-    /// All messages, from the first on.
+    /// All messages, starting with the first.
     fn messages(&self) -> Messages<'_>;
 }
 

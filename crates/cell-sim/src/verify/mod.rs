@@ -1,10 +1,22 @@
-//! Runs controllers and task again on what was recorded, and compares every
-//! command, status and decision with what they said then, bit for bit.
+//! Runs controllers and task a second time on the recorded inputs, and compares every command,
+//! status and decision with the recorded one, bit for bit.
 //!
-//! Every message names the messages it was computed from, so nothing has to be
-//! guessed: a state that was skipped then is skipped now, and a decision that
-//! came late comes late. Computing begins at a state record of the process and
-//! ends where something was not recorded, to begin again at the next one.
+//! Every message names the messages that it was computed from, so nothing is guessed: a state
+//! that the process skipped is skipped here, and a decision that was late is late here.
+//! Computing starts at a state record of a process, ends where an input was not recorded, and
+//! starts again at the next record.
+//!
+//! What can go wrong: a false SAME hides a defect, and a false DIFFERENT makes people distrust
+//! the tool. The rules that prevent both:
+//!
+//! - Nothing is compared whose inputs are not all recorded; it counts as skipped. The verdict
+//!   is `Nothing` if all was skipped, never `Same`.
+//! - After a difference the recorded memory is used, so that one error is one difference.
+//! - A decision made from a state whose objects are not all recorded is a doubt first. It
+//!   becomes a difference only if those objects were at rest (`states`).
+//! - Duplicates, which a restarted recorder writes, are ignored; gaps are listed.
+//!
+//! A change must compare whole messages as bytes: a list of fields would miss a new one.
 
 mod around;
 mod controller;
@@ -40,28 +52,30 @@ pub enum VerifyError {
     /// A controller does not fit the robot.
     #[error(transparent)]
     Controller(#[from] controller_proc::rmpflow_controller::RmpFlowError),
-    /// The state record of a controller.
+    /// The state record of a controller is damaged or of another version.
     #[error(transparent)]
     ControllerCheckpoint(#[from] controller_proc::checkpoint::CheckpointError),
     /// The policy.
     #[error(transparent)]
     Task(#[from] robocell_task::TaskError),
-    /// The state record of the task.
+    /// The state record of the task is damaged or of another version.
     #[error(transparent)]
     TaskCheckpoint(#[from] robocell_task::CheckpointError),
 }
 
-/// Verifies what was recorded of a run of `cell` that began with `policy`.
+/// Verifies the recording of a run of `cell` that started with `policy`.
 ///
 /// # Errors
-/// [`VerifyError`] where the recording is of another cell or another version;
-/// what differs is no error, and what cannot be read is said in the report.
+/// Returns [`VerifyError`] if the recording is of another cell or another version. Differences
+/// are no errors, and messages that cannot be read are listed in the report.
 pub fn verify(
     program: &Program,
     cell: &Cell,
     policy: &str,
     recorded: &(impl Recorded + ?Sized),
 ) -> Result<Report, VerifyError> {
+    // Records first, in a pass of their own: a record is written about once a second and may
+    // follow the messages that start from it.
     let records = Checkpoints::of(recorded);
     let arms = 0..u8::try_from(cell.arms.len()).unwrap_or(u8::MAX);
     let mut run = Run {
@@ -79,6 +93,7 @@ pub fn verify(
             Err(what) => run.report.unreadable(what),
         }
     }
+    // What still waits for an input is settled now: skipped, not silently dropped.
     run.inputs.end();
     run.go_on()?;
     Ok(run.report)
@@ -94,6 +109,7 @@ struct Run<'a> {
 
 impl Run<'_> {
     fn take(&mut self, message: Message) -> Result<(), VerifyError> {
+        // A duplicate was compared already.
         if !self.inputs.put(&message, &mut self.report) {
             return Ok(());
         }

@@ -1,4 +1,4 @@
-//! Recordings on disk.
+//! Verification of recordings on disk.
 
 use std::path::{Path, PathBuf};
 
@@ -11,12 +11,12 @@ use super::report::Report;
 use super::{VerifyError, verify};
 use crate::{Program, SimError};
 
-/// Verifies the recording at `path`, a file or the directory of a flight
-/// recorder, with the cell and the behaviours in `data`; where that is missing,
-/// with those the run itself used. `on_tick` is told how far the work has come.
+/// Verifies the recording at `path`, a file or the directory of a flight recorder. Cell and
+/// behaviours are read from `data`, or, if it is `None`, from where the run itself read them.
+/// `on_tick` gets the tick of each message that was read, for a progress display.
 ///
 /// # Errors
-/// [`SimError`] where the recording cannot be read, or its cell is not there.
+/// Returns [`SimError`] if the recording cannot be read, or its cell is not found.
 pub fn verify_file(
     program: &Program,
     path: &Path,
@@ -32,6 +32,7 @@ pub fn verify_file(
         on_tick,
     };
     let mut report = verify(program, &cell, &spec.policy, &recorded)?;
+    // Needs the first difference, so it is a second pass over the file.
     report.look_back(&recording);
     Ok(Report {
         cut: recording.cut().map(str::to_owned),
@@ -39,7 +40,7 @@ pub fn verify_file(
     })
 }
 
-/// A recording that tells how far it was read.
+/// A recording that reports its progress.
 struct Followed<'a> {
     recording: &'a Recording,
     on_tick: &'a dyn Fn(u64),
@@ -57,7 +58,7 @@ impl Recorded for Followed<'_> {
     }
 }
 
-/// `None` for what verification does not need.
+/// `None` for a channel that verification does not need.
 pub(super) fn message(
     entry: &Result<Entry, cell_record::RecordError>,
 ) -> Result<Option<Message>, String> {
@@ -74,12 +75,14 @@ pub(super) fn message(
     }))
 }
 
-/// A message of this build.
+/// A message whose layout is that of this build.
 fn ours<T: Headed>(
     entry: &Entry,
     read: Result<T, cell_record::RecordError>,
 ) -> Result<Box<T>, String> {
     let message = read.map_err(|error| error.to_string())?;
+    // Bytes of another layout have a valid length by chance only; compared they would differ in
+    // every message, which would look like a defect of the controller.
     if message.header().schema == <T as Wire>::SCHEMA {
         return Ok(Box::new(message));
     }

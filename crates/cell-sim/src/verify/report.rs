@@ -1,4 +1,4 @@
-//! The verdict, for people and for programs.
+//! The result of a verification, for people and for programs.
 
 use ipc_types::header::Message;
 use schemars::JsonSchema;
@@ -8,7 +8,7 @@ use super::around::Around;
 use super::difference::{Difference, first_field};
 use super::shelf::Missing;
 
-/// Gaps that are listed; all are counted.
+/// Gaps that are listed; all are counted, and a reader looks at the first ones.
 const LISTED: usize = 20;
 
 /// How many messages of a kind were compared.
@@ -45,7 +45,7 @@ pub struct Gap {
     pub until_tick: u64,
 }
 
-/// What verification came to.
+/// Result of verification.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct Report {
     /// Commands of all arms.
@@ -65,10 +65,9 @@ pub struct Report {
     pub gaps: Vec<Gap>,
     /// Messages or parts of the recording that cannot be read.
     pub unreadable_count: u64,
-    /// What is wrong with the first of them.
+    /// Reasons for the first 20 of them.
     pub unreadable: Vec<String>,
-    /// Why the recording ends before its end was written; what came later is not
-    /// compared.
+    /// Reason for which the recording ends early; messages after that are not compared.
     pub cut: Option<String>,
     /// The difference with the smallest tick.
     pub first_difference: Option<Difference>,
@@ -96,13 +95,15 @@ pub enum Verdict {
 pub struct Verified<'a> {
     /// The verdict.
     pub verdict: Verdict,
-    /// What it is based on.
+    /// Its reasons.
     pub report: &'a Report,
 }
 
 impl Report {
     /// The verdict.
     pub fn verdict(&self) -> Verdict {
+        // A difference counts even if few messages were compared; no message compared must not
+        // read as success.
         if self.first_difference.is_some() {
             Verdict::Different
         } else if self.commands.compared + self.decisions.compared == 0 {
@@ -146,15 +147,17 @@ impl Report {
             return;
         };
         let first = self.first_difference.as_ref();
+        // Arms and task are computed independently and report in any order; the earliest
+        // difference is the cause, later ones follow from it.
         if first.is_none_or(|first| difference.tick < first.tick) {
             self.first_difference = Some(difference);
+            // Values collected so far belong to another field.
             self.around.clear();
         }
     }
 }
 
-/// `None` where `computed`, stamped as `recorded` was, is the same to the last
-/// bit.
+/// Stamps `computed` with the header of `recorded` and compares all bytes. `None` if equal.
 pub(super) fn compare<T: Message>(
     name: &str,
     recorded: &T,
@@ -162,6 +165,8 @@ pub(super) fn compare<T: Message>(
 ) -> Option<Difference> {
     let stamped = *recorded.header();
     let header = computed.header_mut();
+    // Identity and time of sending are no result of the computation. All other fields of the
+    // header (tick, inputs, schema) are, and stay compared.
     header.run = stamped.run;
     header.generation = stamped.generation;
     header.seq = stamped.seq;

@@ -7,12 +7,12 @@ use ipc_types::Header;
 /// Which message of a topic: generation of its writer, and its number.
 pub(super) type Key = (u32, u64);
 
-/// Messages kept. A recorder that drains one topic after the other writes some
+/// Messages kept of a topic. A recorder that drains one topic after the other writes some
 /// thousand messages of one before those of another that belong to them.
 const ROOM: usize = 8192;
 
-/// Messages that may wait for an input: what has waited for longer waits for
-/// something that was not recorded.
+/// Messages that may wait for an input: half of `ROOM`, so the inputs of a waiting message are
+/// still kept if they follow. What waits for longer waits for an input that was not recorded.
 pub(super) const PATIENCE: usize = ROOM / 2;
 
 /// The key of a message.
@@ -20,17 +20,17 @@ pub(super) fn key(header: &Header) -> Key {
     (header.generation, header.seq)
 }
 
-/// What became of a message that is asked for.
+/// Result of a search for a message.
 pub(super) enum Found<'a, T> {
-    /// It is here.
+    /// Found.
     Here(&'a T),
-    /// It may still come.
+    /// It may still follow in the recording.
     NotYet,
     /// It was not recorded, or is too old.
     Lost,
 }
 
-/// What computing a message came to.
+/// Result of computing a message.
 pub(super) enum Step {
     /// An input may still come.
     Wait,
@@ -41,7 +41,7 @@ pub(super) enum Step {
 }
 
 impl<'a, T> Found<'a, T> {
-    /// The message, or what it means that it is not here.
+    /// The message, or what its absence means for the computation.
     pub(super) fn here(self) -> Result<&'a T, Step> {
         match self {
             Found::Here(message) => Ok(message),
@@ -62,19 +62,20 @@ pub(super) struct Missing {
     pub(super) count: u64,
 }
 
-/// Finds the holes in the numbers of a topic.
+/// Finds the gaps in the numbers of a topic.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Sequence {
     newest: Option<Key>,
 }
 
 impl Sequence {
-    /// Takes the next message, and says what is missing before it. What was sent
-    /// before the recording began is not missing.
+    /// Takes the next number and returns the gap before it. Messages sent before the recording
+    /// started are not a gap.
     pub(super) fn take(&mut self, key: Key) -> Option<Missing> {
         let expected = match self.newest {
             Some(newest) if key <= newest => return None,
             Some((generation, seq)) if generation == key.0 => seq.saturating_add(1),
+            // A restarted writer counts from 1.
             Some(_) => 1,
             None => key.1,
         };
@@ -87,7 +88,7 @@ impl Sequence {
         })
     }
 
-    /// Whether a message with `key` cannot come any more.
+    /// Whether a message with `key` cannot follow any more: numbers only grow.
     pub(super) fn is_past(&self, key: Key) -> bool {
         self.newest.is_some_and(|newest| newest >= key)
     }
@@ -111,8 +112,9 @@ impl<T> Default for Shelf<T> {
 }
 
 impl<T> Shelf<T> {
-    /// Puts the next message there; what is missing before it.
+    /// Stores the next message; returns the gap before it.
     pub(super) fn put(&mut self, key: Key, message: T) -> Option<Missing> {
+        // A duplicate in the queue would break its order, which `find` searches by halves.
         if self.sequence.is_past(key) {
             return None;
         }
@@ -124,7 +126,7 @@ impl<T> Shelf<T> {
         missing
     }
 
-    /// Nothing more will come.
+    /// Marks the end of the recording.
     pub(super) fn end(&mut self) {
         self.ended = true;
     }
@@ -139,7 +141,7 @@ impl<T> Shelf<T> {
         }
     }
 
-    /// Whether a message with `key`, or one after it, has come already.
+    /// Whether a message with `key`, or a later one, was stored.
     pub(super) fn has(&self, key: Key) -> bool {
         self.sequence.is_past(key)
     }
@@ -150,7 +152,7 @@ impl<T> Shelf<T> {
         self.kept.range(at..)
     }
 
-    /// Whether nothing more will come.
+    /// Whether the recording has ended.
     pub(super) fn has_ended(&self) -> bool {
         self.ended
     }

@@ -1,4 +1,4 @@
-//! Recorded states, put together from their pieces.
+//! Recorded states, assembled from their pieces.
 
 use ipc_types::{MAX_OBJECTS, ObjectState, Wire, WorldPiece, WorldState};
 
@@ -8,9 +8,9 @@ use super::shelf::{Found, Key, Missing, Shelf, key};
 pub(super) struct SeenState {
     /// Everything but the objects.
     piece: Box<WorldPiece>,
-    /// The newest that is known of each.
+    /// The newest recorded state of each object.
     objects: Vec<ObjectState>,
-    /// Those the state itself names.
+    /// Whether this state itself has the object.
     named: Vec<bool>,
 }
 
@@ -24,10 +24,12 @@ impl SeenState {
         for (place, object) in known.iter_mut().zip(&self.objects) {
             *place = *object;
         }
+        // Places beyond the objects of the cell are zero in a state of physics; values of
+        // another state left in `out` would reach the task.
         beyond.fill(ObjectState::zeroed());
     }
 
-    /// Writes all but the objects, which a controller does not look at.
+    /// Writes everything but the objects, which a controller does not read.
     pub(super) fn write_arms(&self, out: &mut WorldState) {
         self.piece.put(out);
     }
@@ -37,8 +39,8 @@ impl SeenState {
         self.named.iter().all(|named| *named)
     }
 
-    /// Whether the objects this state does not name stood still from the last
-    /// state that named them to `later`.
+    /// Whether the objects that this state does not have were at rest from their last recorded
+    /// state to `later`.
     fn rests_until(&self, later: &Self) -> bool {
         let objects = self.objects.iter().zip(&later.objects).zip(&self.named);
         self.objects.len() == later.objects.len()
@@ -53,16 +55,18 @@ impl SeenState {
 pub(super) struct States {
     shelf: Shelf<SeenState>,
     objects: Vec<ObjectState>,
-    /// The state that comes, and the pieces it still lacks.
+    /// The state being assembled, and the number of its next piece.
     coming: Option<(Key, SeenState, u32)>,
 }
 
 impl States {
-    /// Takes a piece in; what is missing before the state it completes.
+    /// Stores a piece; returns the gap before the state that it completes.
     pub(super) fn put(&mut self, piece: &WorldPiece) -> Option<Missing> {
         let state = key(&piece.state);
         let count = (piece.object_count as usize).min(MAX_OBJECTS);
         if piece.piece == 0 {
+            // Known states are kept as long as the number of objects is the same: a state names
+            // only those that changed.
             if self.objects.len() != count {
                 self.objects = vec![ObjectState::zeroed(); count];
             }
@@ -73,7 +77,8 @@ impl States {
             };
             self.coming = Some((state, seen, 0));
         }
-        // A piece whose forerunner was lost belongs to no state.
+        // A piece whose predecessor was lost belongs to no state: its objects would be taken
+        // for those of another tick.
         let (coming, mut seen, next) = self.coming.take()?;
         if coming != state || next != piece.piece {
             return None;
@@ -91,6 +96,8 @@ impl States {
             self.coming = Some((coming, seen, next + 1));
             return None;
         }
+        // Objects that no piece named keep their newest recorded state: between two tenth ticks
+        // only touched and pulled objects are recorded (ADR 0012).
         seen.objects.clone_from(&self.objects);
         self.shelf.put(state, seen)
     }
@@ -100,9 +107,10 @@ impl States {
         self.shelf.find(key)
     }
 
-    /// Whether what `key` does not name stood still around it; `None` as long
-    /// as the next whole state may still come.
+    /// Whether the objects that the state `key` does not have were at rest around it; `None`
+    /// while the next whole state may still follow.
     pub(super) fn rests_around(&self, key: Key) -> Option<bool> {
+        // Unknown counts as moved: then the decision is skipped and not reported as different.
         let Found::Here(state) = self.shelf.find(key) else {
             return Some(false);
         };
@@ -114,7 +122,7 @@ impl States {
         }
     }
 
-    /// Nothing more will come.
+    /// Marks the end of the recording.
     pub(super) fn end(&mut self) {
         self.shelf.end();
     }

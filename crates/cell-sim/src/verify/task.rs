@@ -1,4 +1,4 @@
-//! The task, computed again.
+//! Verification of the task: its decisions are computed a second time.
 
 use std::collections::VecDeque;
 
@@ -14,26 +14,27 @@ use super::inputs::{Checkpoint, Checkpoints, Inputs, input};
 use super::report::{Report, compare};
 use super::shelf::{Key, PATIENCE, Step, key};
 
-/// Compares the decisions with what the task decides.
+/// Compares the recorded decisions with computed ones.
 pub(super) struct TaskCheck<'a> {
     policies: &'a Policies,
     cell: &'a Cell,
-    /// Policy the run began with.
+    /// Policy with which the run started.
     policy: &'a str,
     waiting: VecDeque<Box<Decision>>,
     running: Option<Running>,
-    /// The newest that was computed.
+    /// The newest computed decision.
     last: Option<Decision>,
     state: Box<WorldState>,
     history: Computed,
     doubts: Vec<Doubt>,
 }
 
-/// Checkpoints, as computed, for the states that physics saved.
+/// Computed checkpoints for the states that physics saved.
 #[derive(Default)]
 struct Computed(Vec<Kept>);
 
-/// As many as a task process keeps.
+/// As many as a task process keeps (`HISTORY` in `task-program`): with more, a task that goes
+/// back with physics would find a checkpoint here that the process had replaced already.
 const HISTORY: usize = 4;
 
 impl History for Computed {
@@ -46,8 +47,10 @@ impl History for Computed {
     }
 
     fn keep(&mut self, tick: u64, saved_tick: u64, checkpoint: &dyn Fn() -> Vec<u8>) {
-        // Physics went back before these.
+        // Physics went back before these: they belong to ticks that are computed a second time.
         self.0.retain(|kept| kept.tick < tick);
+        // The checkpoint for the saved state is never replaced: physics resumes from it after a
+        // kill.
         let needed = self.0.iter().rposition(|kept| kept.tick <= saved_tick);
         if self.0.len() >= HISTORY {
             self.0.remove(usize::from(needed == Some(0)));
@@ -57,16 +60,16 @@ impl History for Computed {
     }
 }
 
-/// A task as it was after a decision.
+/// A task in its state after a decision.
 struct Running {
     decider: Decider,
     at: Key,
-    /// Whether all it saw was recorded.
+    /// Whether all objects that it saw were recorded.
     sure: bool,
 }
 
-/// A decision that differs, made from a state of which not all objects were
-/// recorded: only where they stood still is that a difference.
+/// A decision that differs, made from a state of which not all objects were recorded. It is a
+/// difference only if the missing objects were at rest.
 struct Doubt {
     state: Key,
     difference: Difference,
@@ -89,12 +92,12 @@ impl<'a> TaskCheck<'a> {
         }
     }
 
-    /// The next decision.
+    /// Queues the next recorded decision.
     pub(super) fn offer(&mut self, decision: Box<Decision>) {
         self.waiting.push_back(decision);
     }
 
-    /// Computes what can be computed by now.
+    /// Computes every decision whose inputs are recorded by now.
     pub(super) fn go_on(
         &mut self,
         inputs: &Inputs,
@@ -108,11 +111,14 @@ impl<'a> TaskCheck<'a> {
                 self.running = self.begin(before, decision.policy.as_str(), records)?;
                 report.stretches += u64::from(self.running.is_some());
             }
+            // A restarted task sends the last decision of its predecessor again, which was
+            // computed by another generation and is not an output of this one.
             if self.running.is_none() && seq == 1 && self.repeats(report) {
                 self.waiting.pop_front();
                 continue;
             }
             match self.step(inputs, report) {
+                // As for commands: the input may follow, but not for ever.
                 Step::Wait if self.waiting.len() < PATIENCE => break,
                 Step::Wait | Step::Lost => {
                     self.running = None;
@@ -135,8 +141,8 @@ impl<'a> TaskCheck<'a> {
         let Some(record) = records.after(Process::Task, at) else {
             return Ok(None);
         };
-        // A task can be started again with another policy than the run began
-        // with; a name that is none is a difference, and not the end.
+        // A restarted task may have another policy than the run started with. A name that is no
+        // policy is reported as a difference and does not end the verification.
         let task = match self.policies.task(self.cell, policy) {
             Err(TaskError::UnknownPolicy { .. }) => self.policies.task(self.cell, self.policy),
             task => task,
@@ -150,8 +156,8 @@ impl<'a> TaskCheck<'a> {
         Ok(Some(running))
     }
 
-    /// Whether the head is the last decision of the task before, which a new one
-    /// sends again; then it is compared with that.
+    /// Whether the next decision is the last one of the previous task, which a restarted task
+    /// sends a second time; it is compared with that.
     fn repeats(&mut self, report: &mut Report) -> bool {
         let (Some(head), Some(last)) = (self.waiting.front(), &mut self.last) else {
             return false;
@@ -181,6 +187,8 @@ impl<'a> TaskCheck<'a> {
             Ok(heard) => heard,
             Err(step) => return step,
         };
+        // Unlike a controller the task reads objects; from a state with missing ones its memory
+        // is unsure from then on, until a state record confirms it.
         seen.write(&mut self.state);
         running.sure &= seen.is_whole();
         let mut computed = running.decide(&self.state, &statuses, &mut self.history);
@@ -201,8 +209,8 @@ impl<'a> TaskCheck<'a> {
         Step::Done
     }
 
-    /// Compares what is remembered now with the checkpoint of it, if there is one,
-    /// and continues from that where they differ.
+    /// Compares the memory of the task with its recorded checkpoint, if there is one for this
+    /// decision, and continues from the recorded one where they differ.
     fn check_record(
         &mut self,
         at: Key,
@@ -213,7 +221,8 @@ impl<'a> TaskCheck<'a> {
             return Ok(());
         };
         let Some(record) = records.after(Process::Task, at) else {
-            // What it believes now cannot be known.
+            // Memory that rests on objects of unknown pose would make all later decisions
+            // doubtful; start again at the next record.
             if !running.sure {
                 self.running = None;
             }
@@ -221,6 +230,7 @@ impl<'a> TaskCheck<'a> {
         };
         let computed = running.decider.task.checkpoint();
         let same = computed == record.bytes;
+        // An unsure memory may differ for want of objects alone: it is replaced, not counted.
         if running.sure {
             report.records.add(!same);
         }
@@ -243,6 +253,7 @@ impl<'a> TaskCheck<'a> {
         Ok(())
     }
 
+    // Judged late: whether objects were at rest is known at the next state that has them all.
     fn judge_doubts(&mut self, inputs: &Inputs, report: &mut Report) {
         self.doubts.retain(|doubt| {
             let Some(rested) = inputs.states.rests_around(doubt.state) else {
@@ -280,7 +291,7 @@ impl Running {
     }
 }
 
-/// The statuses `decision` was made from.
+/// The statuses from which `decision` was made.
 fn heard<'i>(decision: &Decision, inputs: &'i Inputs) -> Result<Heard<'i>, Step> {
     let mut statuses = [None; MAX_ARMS];
     for (arm, (slot, shelf)) in (0_u8..).zip(statuses.iter_mut().zip(&inputs.statuses)) {
