@@ -1,11 +1,11 @@
-//! Checks that more than one kind of `[task]` makes.
+//! Checks that are shared by several kinds of `[task]`.
 
 use cell_model::{ArmSpec, Cell, Checker, ModelError, suggest};
 use nalgebra::Vector3;
 use robocell_skills::ability::{self, Need};
 use robocell_skills::{ArmSetup, ObjectSetup, Tool};
 
-/// Most objects a stack may be made of.
+/// Largest number of objects in a stack.
 pub const MAX_STACK: usize = 16;
 
 /// Names of the cell's objects.
@@ -14,7 +14,7 @@ pub(crate) fn object_names(cell: &Cell) -> Vec<&str> {
     objects.map(|object| object.name.as_str()).collect()
 }
 
-/// Objects that exist, each of them once.
+/// Checks that the objects exist, each named once.
 pub(crate) fn order(
     at: &Checker<'_>,
     key: &str,
@@ -36,8 +36,8 @@ pub(crate) fn order(
     Ok(())
 }
 
-/// Refuses a place on the floor that is further than `reach_m` from the base of `arm`,
-/// in the plane: the job could only end there.
+/// Refuses a place on the floor that is farther than `reach_m` from the base of `arm`, in the
+/// plane: the job could only fail there.
 pub(crate) fn within_reach(
     at: &Checker<'_>,
     key: &str,
@@ -60,8 +60,8 @@ pub(crate) fn within_reach(
     Err(at.refuse(key, format!("[{x}, {y}]"), allowed))
 }
 
-/// Refuses points to which the joints of `arm` do not bring its tool, pointing down (m, world
-/// frame).
+/// Refuses points (m, world frame) to which the joints of `arm` cannot bring its tool, pointing
+/// down (ADR 0026).
 pub(crate) fn tool_gets_to(
     at: &Checker<'_>,
     key: &str,
@@ -97,6 +97,8 @@ pub(crate) fn fingers_grip(
     };
     let (setup, key) = (ArmSetup::of(spec), format!("arm.{arm}.robot"));
     let refused = |why: String| Err(at.refuse(&key, format!("'{}'", spec.robot.name), why));
+    // A suction tool would take the object, but the job opens and closes fingers and grades
+    // their width.
     if setup.tool == Tool::Suction {
         return refused("this job needs two fingers, and it has suction".to_owned());
     }
@@ -109,7 +111,7 @@ pub(crate) fn fingers_grip(
     Ok(())
 }
 
-/// Refuses a `name` that is none of `names`; `what` says of what.
+/// Refuses a `name` that is not in `names`; `what` is the kind of thing for the message.
 pub(crate) fn known(
     at: &Checker<'_>,
     key: &str,
@@ -134,7 +136,7 @@ pub(crate) fn behaviour(at: &Checker<'_>, name: &str) -> Result<(), ModelError> 
     Ok(())
 }
 
-/// Refuses what is not a unit quaternion, within `tolerance`.
+/// Refuses a quaternion whose length is not 1 within `tolerance`.
 pub(crate) fn unit_quaternion(
     at: &Checker<'_>,
     key: &str,

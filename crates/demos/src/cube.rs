@@ -1,4 +1,4 @@
-//! One small job in six ways: three in Rust and three in files, side by side in
+//! One small job as six policies: three in Rust and three in files, side by side in
 //! `cells/cube/`.
 
 #[path = "../../../cells/cube/fsm.rs"]
@@ -48,11 +48,13 @@ pub fn kind() -> Kind<Places> {
         })
 }
 
-/// What the policies in Rust work with.
+/// The setup and the two objects that the policies in Rust need.
 fn parts(task: &Places, cell: &Cell) -> Result<(Arc<Setup>, usize, usize), SetupError> {
     let setup = Setup::new(cell, &task.place);
     let cube = setup.need_object(cell, "cube")?;
     let mark = setup.need_place(cell, "mark")?;
+    // Checked while the task is loaded: an arm that cannot grip the cube would fail only when
+    // it gets there.
     setup.need_grip(cell, ARM, cube)?;
     Ok((Arc::new(setup), cube, mark))
 }

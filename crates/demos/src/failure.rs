@@ -1,6 +1,6 @@
-//! Why the jobs of the demos fail.
+//! Reasons for which the jobs of the demos fail.
 
-/// Why a job failed.
+/// Reason for which a job failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Failure {
     /// The next cube stayed too far from the arm.
@@ -13,17 +13,17 @@ pub enum Failure {
     CubeLost,
     /// The gripper did not open.
     GripperBlocked,
-    /// A bin lies where the arm cannot get.
+    /// A bin is out of the arm's reach.
     BinOutOfReach,
-    /// A bin lies at an angle at which suction cannot hold it.
+    /// A bin is tilted too far for suction to hold it.
     BinCannotBeGripped,
-    /// A bin fell out of the cell and there is no other.
+    /// A bin fell out of the cell, and no other is left.
     BinLost,
     /// A bin did not stay where it was set down, again and again.
     BinCannotBePlaced,
     /// A joint of the arm is at its limit.
     ArmCaught,
-    /// The arm did not arrive where it was sent, again and again.
+    /// The arm did not arrive at its goal, again and again.
     ArmDidNotArrive,
 }
 

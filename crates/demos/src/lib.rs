@@ -1,8 +1,8 @@
-//! The jobs of the demos: what a cell file says about each, and the policies
-//! that do it. [`policies`] is the registry of the built-in task program.
+//! The jobs of the demos: the settings of each in a cell file, and its policies. [`policies`]
+//! is the registry of the built-in task program.
 //!
-//! What may be changed here: everything a demo decides. What a policy is, what
-//! it sees and how it is resumed is the crate `robocell-task`.
+//! Everything that a demo decides is here. Policies in general, their observations and how they
+//! are resumed are the subject of the crate `robocell-task`.
 #![forbid(unsafe_code)]
 
 pub mod bin_stack;

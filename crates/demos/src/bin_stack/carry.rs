@@ -1,4 +1,4 @@
-//! What the cells of the matrix do with a bin in the gripper.
+//! Handlers of the matrix for the states with a bin in the gripper.
 
 use behavior::matrix::Next;
 use ipc_types::Pose;
@@ -14,22 +14,28 @@ use super::paths::{self, Begin};
 use super::scene::{Bin, View};
 use super::supply::STEPS_PER_SECOND;
 
-/// What is in the gripper is brought to the station or onto a column.
+/// Carries the held bin to the station or to a column.
 pub(super) fn choose_way(turn: &mut Turn<'_>) -> Next {
     bring(turn, Begin::Directly)
 }
 
 pub(super) fn bring(turn: &mut Turn<'_>, begin: Begin) -> Next {
     let view = View::of(turn);
+    // The grip may have broken since the event was found; BROKENGRIP handles that in its own
+    // turn.
     let Some(bin) = view.held() else {
         return Next::Stay;
     };
     let tcp = pose::isometry(&turn.tcp);
     let memory = &mut *turn.memory;
     memory.bin = Some(bin.object);
+    // The bin's pose in the cup is taken once, at the grip: every place that follows is
+    // computed from it, so a bin that was gripped off its centre is still set down centred.
     memory.in_hand = Some(KeptPose::from(&(tcp.inverse() * bin.pose)));
     memory.opening = false;
     memory.turning = view.inside(&bin);
+    // Only a bin from the belt makes room for the next one there; one that is gripped again
+    // does not.
     if view.on_belt(&bin) {
         memory.supply.picked(turn.of, turn.now);
     }
@@ -41,8 +47,9 @@ pub(super) fn bring(turn: &mut Turn<'_>, begin: Begin) -> Next {
     place(turn, &bin, begin)
 }
 
-/// Up to the height of long ways, and to the configuration of the start where that is
-/// wanted. An arm that did not arrive twice may not get up either.
+/// Starts a route with a lift to the height of long ways, after the arm's start configuration
+/// where `begin` asks for it. An arm that did not arrive twice is not lifted,
+/// since it may not get up either.
 pub(super) fn raise<'r>(turn: &'r mut Turn<'_>, obstacles: u64, begin: Begin) -> Route<'r> {
     let (of, least, stuck) = (turn.of, turn.own.least_lift_m, turn.memory.stuck);
     let arm = turn.world.arm_setup();
@@ -53,6 +60,8 @@ pub(super) fn raise<'r>(turn: &'r mut Turn<'_>, obstacles: u64, begin: Begin) ->
         route.lift(of.task.carry_height_m, least)
     };
     match arm.filter(|_| begin == Begin::Restoring) {
+        // All obstacles count while joints are restored: the arm may start that motion from
+        // anywhere.
         Some(arm) => route.avoiding(u64::MAX).restoring(arm),
         None => route,
     }
@@ -66,13 +75,15 @@ fn flip(turn: &mut Turn<'_>, bin: &Bin, begin: Begin) -> Next {
     let up = padded(&station.up_joint_positions);
     let before = in_holder(turn, station.lift_m, station.slide_m);
     let turning = paths::turning(of);
-    // It was turned over by hand, or before a restart.
+    // The bin is turned over already: by hand, or before a restart of the task.
     let route = if paths::is_in_holder(of, &turn.tcp) {
         turn.route()
     } else {
         let over = raise(turn, u64::MAX, begin).to(turning.down);
         over.avoiding(of.without_holder).by_joints(turning.up, up)
     };
+    // The holder is no obstacle here: its margin would keep the bin from sliding between the
+    // rails.
     route
         .avoiding(of.without_holder)
         .leaning(up)
@@ -84,6 +95,7 @@ fn flip(turn: &mut Turn<'_>, bin: &Bin, begin: Begin) -> Next {
 
 fn place(turn: &mut Turn<'_>, bin: &Bin, begin: Begin) -> Next {
     let view = View::of(turn);
+    // No free slot: people filled the columns by hand. The bin stays in the gripper.
     let Some(slot) = view.next_slot() else {
         return Next::Stay;
     };
@@ -92,8 +104,11 @@ fn place(turn: &mut Turn<'_>, bin: &Bin, begin: Begin) -> Next {
     turn.world.out.log(format_args!(
         "[decide] -> place {name} in column ({i}, {j}), level {level}"
     ));
+    // The slot is kept: which slot is next changes as soon as a bin is seen in a column.
     turn.memory.slot = Some((slot.column, slot.level));
     let carry = turn.of.task.carry_height_m;
+    // Over the column at the height of long ways first: a straight way to the slot would pass
+    // through the columns in front of it.
     let mut over = over_slot(turn, slot, 0.0);
     over.position[2] = carry;
     let settle = turn.numbers.settle;
@@ -107,6 +122,7 @@ pub(super) fn over_holder(turn: &mut Turn<'_>) -> Next {
     let station = &of.task.station;
     let slid_in = in_holder(turn, station.lift_m, 0.0);
     let down = in_holder(turn, of.task.place_gap_m, 0.0);
+    // The wait is given in steps of Isaac Sim's sample (1/60 s); ticks are milliseconds.
     let ticks = u64::from(station.wait_steps) * 1000 / STEPS_PER_SECOND;
     turn.route()
         .avoiding(of.without_holder)
@@ -131,19 +147,23 @@ pub(super) fn over_column(turn: &mut Turn<'_>) -> Next {
 
 pub(super) fn open_gripper(turn: &mut Turn<'_>) -> Next {
     turn.arm.switch(false);
+    // Remembered, so that the opening that follows is not taken for a broken grip.
     turn.memory.opening = true;
     turn.world.out.log(format_args!("<open gripper>"));
     Next::Stay
 }
 
-/// It let go: over its slot, or in the holder, where the bin is gripped again.
+/// The gripper let go: over a slot, or in the holder, where the bin is gripped again.
 pub(super) fn count_or_regrip(turn: &mut Turn<'_>) -> Next {
     turn.memory.opening = false;
+    // An arrival: time-outs count in a row only.
     turn.memory.stuck = 0;
     turn.world.job.held = None;
     let view = View::of(turn);
     let bin = turn.memory.bin.and_then(|bin| view.bin(bin));
     let Some(bin) = bin.filter(|_| turn.memory.turning) else {
+        // Whether it stayed in place is looked at from the rest pose: the arm no longer hides
+        // or touches it.
         turn.memory.set_down = turn.memory.bin;
         return go_home(turn);
     };
@@ -158,7 +178,8 @@ pub(super) fn count_or_regrip(turn: &mut Turn<'_>) -> Next {
     goto(State::Picking)
 }
 
-/// The cup down out of the bin, back to the arm, and turned down.
+/// The route of the cup down out of a bin in the holder, back towards the arm, and turned to
+/// point down.
 pub(super) fn out_of_holder<'r>(turn: &'r mut Turn<'_>) -> Route<'r> {
     let (of, settle) = (turn.of, turn.numbers.settle);
     let station = &of.task.station;
@@ -168,6 +189,7 @@ pub(super) fn out_of_holder<'r>(turn: &'r mut Turn<'_>) -> Route<'r> {
     let mut raised = turning.down;
     raised.position[2] = station.position_m[2] + of.height_m + of.task.hover_m;
     turn.route()
+        // Stays below the bin first: a straight way up would lift the bin off its rails.
         .avoiding(of.without_holder)
         .leaning(padded(&station.up_joint_positions))
         .slowly(down)

@@ -1,4 +1,4 @@
-//! Nine columns: where their bins belong, and the order in which they are filled.
+//! Nine columns: the poses of their bins, and the order in which they are filled.
 
 use behavior::numbers::Numbers;
 use nalgebra::{Isometry3, Vector3};
@@ -7,17 +7,18 @@ use robocell_skills::pose;
 use super::job::BinStackNumbers;
 use super::numbers::BinColumns;
 
-/// Columns there are: three by three.
+/// Number of columns: three by three.
 pub(super) const COLUMNS: usize = 9;
-/// Most levels a column can have.
+/// Largest number of levels, as in the schema of `levels`; `Occupied` has a bit for each in a
+/// `u8`.
 const MAX_LEVELS: usize = 5;
 
-/// The order in which the columns are filled, so that the arm never reaches over a
-/// full one.
+/// The order in which the columns are filled, chosen so that the arm never reaches over a full
+/// one.
 pub(super) struct Order {
     /// The columns: first plus three times second index.
     columns: Vec<u32>,
-    /// Columns, from one to before another, that grow together, level by level.
+    /// Ranges of columns, by place in the order, that grow together, level by level.
     groups: Vec<(usize, usize)>,
 }
 
@@ -28,6 +29,8 @@ impl Order {
         let columns = from.counts("numbers.column_order", 0, 8);
         let mut sorted = columns.clone();
         sorted.sort_unstable();
+        // A column that is missing would never be filled and the job would not end; one that is
+        // named twice would be filled twice.
         if !sorted.into_iter().eq(0..9) {
             let why = "each number from 0 to 8 is needed once";
             from.refuse("numbers.column_order", why);
@@ -45,7 +48,7 @@ impl Order {
         Self { columns, groups }
     }
 
-    /// The two indices of a column by its place in the order.
+    /// The two indices of a column, by its place in the order.
     pub(super) fn column(&self, column: usize) -> (u32, u32) {
         let number = self.columns.get(column).copied().unwrap_or_default();
         (number % 3, number / 3)
@@ -53,6 +56,8 @@ impl Order {
 
     /// The slot that is filled next, if any is free.
     pub(super) fn next(&self, taken: Occupied, levels: usize) -> Option<Slot> {
+        // Groups one after the other, and in each the lowest level first: a column that is
+        // higher than its neighbours would be in the way of the tool.
         self.groups.iter().find_map(|(first, end)| {
             (0..levels).find_map(|level| {
                 let free = (*first..*end).find(|column| taken.height(*column) <= level);
@@ -74,7 +79,7 @@ pub(super) struct Slot {
     pub(super) level: usize,
 }
 
-/// Which slots are taken, by any bin: bit per level.
+/// The slots that are taken by any bin: a bit for each level.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Occupied([u8; COLUMNS]);
 
@@ -85,9 +90,10 @@ impl Occupied {
         }
     }
 
-    /// Bins of a column without a gap below them.
+    /// Number of bins in a column without a gap below them.
     pub(super) fn height(&self, column: usize) -> usize {
         let levels = self.0.get(column).copied().unwrap_or(0);
+        // Only bits without a gap count: a bin above a gap is not where it belongs.
         levels.trailing_ones() as usize
     }
 }
@@ -96,7 +102,7 @@ fn bits(level: usize) -> u32 {
     u32::try_from(level).unwrap_or(u32::MAX)
 }
 
-/// Where the bins of a slot are.
+/// The poses of the bins in the slots.
 #[derive(Clone, Debug)]
 pub(super) struct Columns {
     spec: BinColumns,
@@ -135,19 +141,21 @@ impl Columns {
         )
     }
 
-    /// Pose of a bin in `slot`: upside down. Turned half about the vertical it
-    /// is as good.
+    /// Pose of a bin in `slot`, upside down. A bin turned by half a turn about the vertical is
+    /// as good.
     pub(super) fn pose(&self, order: &Order, slot: Slot) -> Isometry3<f64> {
         let yaw = pose::about(Vector3::z(), self.spec.bin_yaw_rad);
         let over = pose::about(Vector3::x(), std::f64::consts::PI);
         Isometry3::from_parts(self.centre(order, slot).into(), yaw * over)
     }
 
-    /// The slot a bin at `at` is in: upside down, along the column and near
-    /// enough to its axis and its height.
+    /// The slot of a bin at `at`: upside down, aligned with the column, and near enough to its
+    /// axis and to its height.
     pub(super) fn slot_of(&self, own: &BinStackNumbers, at: &Isometry3<f64>) -> Option<Slot> {
         let up = at.rotation * Vector3::z();
         let column = pose::about(Vector3::z(), self.spec.bin_yaw_rad) * Vector3::x();
+        // The absolute value accepts both directions: a bin has the same shape after half a
+        // turn.
         let along = (at.rotation * Vector3::x()).dot(&column);
         if up.z > -own.straight || along.abs() < own.straight {
             return None;

@@ -1,5 +1,5 @@
-//! What the cells of the matrix do without a bin in the gripper, and what is done
-//! after one was lost.
+//! Handlers of the matrix for the states without a bin in the gripper, and those after a bin
+//! was lost.
 
 use behavior::matrix::Next;
 use ipc_types::decision::Outcome;
@@ -24,8 +24,11 @@ pub(super) fn to_above_bin(turn: &mut Turn<'_>) -> Next {
     turn.world
         .out
         .log(format_args!("[decide] -> pick {name}, which opens {opens}"));
+    // What is known of the last bin must not reach the path of the next one.
     turn.memory.forget_bin();
     turn.memory.bin = Some(bin.object);
+    // Off before the approach: suction that is on would take the first thing that the cup
+    // passes.
     turn.arm.switch(false);
     let above = paths::above(view, &bin);
     let route = turn.route().avoiding(paths::obstacles(view, &bin));
@@ -33,7 +36,7 @@ pub(super) fn to_above_bin(turn: &mut Turn<'_>) -> Next {
     goto(State::Picking)
 }
 
-/// Back to where the arm waits, clear of everything.
+/// Sends the arm back to its rest pose, clear of all obstacles.
 pub(super) fn go_home(turn: &mut Turn<'_>) -> Next {
     retreat(turn, Begin::Directly)
 }
@@ -44,12 +47,15 @@ fn retreat(turn: &mut Turn<'_>, begin: Begin) -> Next {
     let (view, of) = (View::of(turn), turn.of);
     let arm = turn.world.arm_setup();
     if paths::is_in_holder(of, &turn.tcp) {
-        // Along the rails first: there a path would begin before the cup is out of them.
+        // Along the rails first: a planned path would start while the cup is still between
+        // them.
         let route = out_of_holder(turn).avoiding(u64::MAX);
         paths::around_to(view, route, of.rest).end();
         return goto(State::Standby);
     }
     let route = raise(turn, of.without_holder, begin).avoiding(u64::MAX);
+    // Planned from here (ADR 0021): waypoints by hand beside the arm's base took 15 s more for
+    // each run.
     match arm {
         Some(arm) => route.planned_home(arm).to(of.rest).end(),
         None => route.to(of.rest).end(),
@@ -57,7 +63,7 @@ fn retreat(turn: &mut Turn<'_>, begin: Begin) -> Next {
     goto(State::Standby)
 }
 
-/// At rest: what was set down is in its slot, or is not.
+/// At rest: checks whether the bin that was set down is in its slot.
 pub(super) fn rest(turn: &mut Turn<'_>) -> Next {
     let Some(object) = turn.memory.set_down.take() else {
         return Next::Stay;
@@ -75,6 +81,8 @@ pub(super) fn rest(turn: &mut Turn<'_>) -> Next {
     out.log(format_args!(
         "[missed] {name} did not stay where it was set down"
     ));
+    // Not in its slot: it may have slid or fallen, so the bin is picked up again; each bin has
+    // its own number of attempts.
     job.counters.recoveries += 1;
     if let Some(attempts) = job.attempts_mut(object) {
         attempts.place += 1;
@@ -85,14 +93,14 @@ pub(super) fn rest(turn: &mut Turn<'_>) -> Next {
     Next::Stay
 }
 
-/// The grip broke, or the state lasted too long. What is in the gripper all the
-/// same is not let go: its path is planned again.
+/// The grip broke, or the state lasted too long. A bin that is still in the gripper is not let
+/// go: its path is planned again.
 pub(super) fn give_up(turn: &mut Turn<'_>) -> Next {
     let lost = turn.gripper.attached == 0 || turn.grip.broken;
     let dropped = turn.world.job.held.take_if(|_| lost);
     if let Some(object) = dropped {
         turn.note_drop(object, true);
-        // One that is lost again and again cannot be gripped.
+        // A bin that is lost again and again cannot be gripped.
         BinStack::failed_again(turn);
     } else {
         let name = turn.memory.bin.map_or("no bin", |bin| turn.name(bin));
@@ -104,6 +112,7 @@ pub(super) fn give_up(turn: &mut Turn<'_>) -> Next {
         turn.world.job.counters.recoveries += 1;
         give_up_for_good(turn);
     }
+    // The time in the state restarts here, since the state itself may stay the same.
     turn.arm.since = turn.now;
     let begin = if lost {
         Begin::Directly
@@ -113,20 +122,24 @@ pub(super) fn give_up(turn: &mut Turn<'_>) -> Next {
     if View::of(turn).held().is_none() {
         return retreat(turn, begin);
     }
+    // A failed job keeps what it holds: letting it go from this height would throw it into the
+    // cell.
     if turn.world.job.failure.is_some() {
         return Next::Stay;
     }
     bring(turn, begin)
 }
 
-/// After too many states in a row that lasted too long, the job fails.
+/// Lets the job fail after too many states in a row that lasted too long.
 fn give_up_for_good(turn: &mut Turn<'_>) {
+    // A gripper that does not open cannot get better by another attempt.
     let blocked = turn.memory.opening && turn.gripper.attached == 1;
     if turn.memory.stuck < turn.of.task.max_attempts && !blocked {
         return;
     }
-    // After another start there are as many attempts again.
+    // Another start has the full number of attempts again.
     turn.memory.stuck = 0;
+    // The most specific reason first: a caught arm does not arrive either.
     let failure = match turn.state {
         _ if blocked => Failure::GripperBlocked,
         _ if View::of(turn).caught() => Failure::ArmCaught,
@@ -144,7 +157,7 @@ fn give_up_for_good(turn: &mut Turn<'_>) {
         .fail(failure.reason(), format_args!("{arm} {what} in {state}"));
 }
 
-/// Which bins are in place, and whether that is all of them.
+/// Reports the bins in place, and whether the job is done.
 pub(super) fn report(turn: &mut Turn<'_>) {
     let view = View::of(turn);
     let (job, out) = (&mut *turn.world.job, &mut *turn.world.out);
@@ -153,6 +166,7 @@ pub(super) fn report(turn: &mut Turn<'_>) {
             .push(u32::try_from(bin.object).unwrap_or(u32::MAX));
     }
     let idle = turn.state == State::Standby && !turn.arm.path.is_moving();
+    // A bin that still moves may leave its slot; the job would be done with one bin too few.
     let at_rest = view.stacked().all(|bin| bin.at_rest);
     let placed = job.placed.len();
     let done = job.started && idle && at_rest && placed >= turn.of.wanted;
@@ -162,6 +176,7 @@ pub(super) fn report(turn: &mut Turn<'_>) {
             format_args!("[decide] -> all {placed} bins stacked"),
         );
     }
+    // Not latched: a bin that is pulled out of a column makes the job continue.
     job.done = done;
     out.outcome = match (done, job.started) {
         (true, _) => Outcome::Done,
@@ -170,12 +185,15 @@ pub(super) fn report(turn: &mut Turn<'_>) {
     };
 }
 
-/// Continues from what is seen, a bin in the gripper or none, unless the arm is
-/// where it was sent, and the gripper holds what it should.
+/// Resumes from the observed state, with or without a bin in the gripper, unless the arm is
+/// where it was sent and the gripper holds what it should.
 pub(super) fn reconcile(turn: &mut Turn<'_>) -> Next {
     let at_rest = || pose::distance(&turn.of.rest, &turn.tcp) <= turn.numbers.resume_m;
+    // A wound arm is restored even on its path: the rest of the path would turn its joints
+    // further.
     let on_path = turn.is_on_path().unwrap_or_else(at_rest) && !turn.world.is_wound();
     let attached = turn.gripper.attached == 1;
+    // The states in which the grip is about to change accept both.
     let as_expected = match turn.state {
         State::Standby | State::Picking => !attached,
         State::Attach => true,
@@ -185,6 +203,8 @@ pub(super) fn reconcile(turn: &mut Turn<'_>) -> Next {
     if on_path && as_expected {
         return Next::Stay;
     }
+    // Off its path the operator led the arm, or it was restarted elsewhere: from an unknown
+    // configuration the joints go to those of the start first.
     let begin = if on_path {
         Begin::Directly
     } else {

@@ -1,4 +1,4 @@
-//! What the job knows, remembers and is asked.
+//! Settings, memory and events of the job.
 
 use behavior::matrix::Next;
 use behavior::numbers::Numbers;
@@ -23,7 +23,7 @@ use crate::failure::Failure;
 /// One decision.
 pub(super) type Turn<'t> = matrix::Turn<'t, BinStack>;
 
-/// Fixtures of the flipping station have names that begin so.
+/// Prefix of the names of the fixtures of the flipping station.
 const HOLDER: &str = "holder";
 
 named! {
@@ -38,7 +38,7 @@ named! {
     }
 }
 
-/// The settings of the cell file and what follows from them.
+/// The settings of the cell file, and the values derived from them.
 #[derive(Debug)]
 pub(super) struct BinStack {
     pub(super) task: BinStackTask,
@@ -47,21 +47,21 @@ pub(super) struct BinStack {
     pub(super) bins: Vec<usize>,
     /// Objects of the cell.
     objects: usize,
-    /// Bins the job is about.
+    /// Number of bins that have to be stacked.
     pub(super) wanted: usize,
     /// Height of a bin (m).
     pub(super) height_m: f64,
     /// Thickness of its floor (m).
     pub(super) wall_m: f64,
-    /// Which of the cell's sensors sees the end of the belt.
+    /// Index of the sensor at the end of the belt.
     pub(super) sensor: usize,
-    /// Obstacles but for those of the flipping station.
+    /// Bits of all obstacles except those of the flipping station.
     pub(super) without_holder: u64,
     /// Limits of the arm's joints (rad).
     pub(super) joints: Vec<(f64, f64)>,
     /// Base of the arm, world frame (m).
     pub(super) base: Vector3<f64>,
-    /// The TCP where the arm waits.
+    /// Pose of the TCP at rest.
     pub(super) rest: Pose,
     pub(super) seed: u64,
 }
@@ -73,6 +73,7 @@ impl BinStack {
         let bins = objects.filter(|(_, object)| object.kind == task.bins);
         let bins: Vec<usize> = bins.map(|(index, _)| index).collect();
         let first = bins.first().and_then(|bin| cell.objects.get(*bin));
+        // The shape is taken from the first bin: all bins of a table have the same.
         let Some(Shape::Bin { size_m, wall_m }) = first.map(|object| &object.shape) else {
             let problem = "task.bins names nothing with the shape of a bin";
             return Err(SetupError::new(cell, problem));
@@ -106,11 +107,11 @@ pub(super) struct BinStackNumbers {
     pub(super) order: Order,
     /// Cosine of the angle within which a bin is flat, or straight in its column.
     pub(super) straight: f64,
-    /// A bin further than this from the arm's axis cannot be picked (m).
+    /// A bin farther than this from the arm's axis cannot be picked (m).
     pub(super) reach_m: f64,
     /// Two bins nearer than this in the plane may be one on the other (m).
     pub(super) beside_m: f64,
-    /// A bin higher than this above another one is on it (m).
+    /// A bin higher than this above another one is on top of it (m).
     pub(super) on_top_m: f64,
     /// A bin nearer than this to the middle of the holder is in it, or over it (m).
     pub(super) holder_m: f64,
@@ -118,40 +119,40 @@ pub(super) struct BinStackNumbers {
     pub(super) joint_margin_rad: f64,
     /// A bin is lifted by this at least (m).
     pub(super) least_lift_m: f64,
-    /// Between places whose directions from the arm differ by more than this the
-    /// way leads around the arm (rad).
+    /// Between places whose directions from the arm differ by more than this the route leads
+    /// around the arm (rad).
     pub(super) around_rad: f64,
-    /// The first bin is asked for this long after the start.
+    /// Time from the start to the first request for a bin.
     pub(super) first_bin: PolicyTime,
-    /// A bin that was asked for and did not come is asked for again after this.
+    /// Time after which a request without a bin is repeated.
     pub(super) ask_again: PolicyTime,
-    /// With nothing to pick and nothing to come for this long, what is not in place
-    /// is given up.
+    /// Time without anything to pick and without a bin on its way, after which bins that are
+    /// not in place are given up.
     pub(super) lost_after: PolicyTime,
 }
 
-/// Part of the checkpoint.
+/// The memory of the job; part of the checkpoint.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Memory {
-    /// The bin under way, by its index in the cell file.
+    /// The bin in progress, by its index in the cell file.
     pub(super) bin: Option<usize>,
-    /// It has to be turned over before it can be placed.
+    /// The bin has to be turned over before it can be placed.
     pub(super) turning: bool,
-    /// The bin in the frame of the TCP, as it was gripped.
+    /// Pose of the bin in the frame of the TCP, as it was gripped.
     pub(super) in_hand: Option<KeptPose>,
     /// Its slot: column in the order of filling, level.
     pub(super) slot: Option<(usize, usize)>,
-    /// Suction was told to let go of it.
+    /// Suction was switched off to release the bin.
     pub(super) opening: bool,
-    /// The bin that was let go over its slot and not looked at since.
+    /// The bin that was released over its slot and not checked yet.
     pub(super) set_down: Option<usize>,
-    /// States in a row that lasted too long.
+    /// Number of states in a row that lasted too long.
     pub(super) stuck: u32,
     pub(super) supply: SupplyMemory,
 }
 
 impl Memory {
-    /// Nothing is under way any more.
+    /// Forgets the bin in progress.
     pub(super) fn forget_bin(&mut self) {
         self.bin = None;
         self.turning = false;
@@ -166,6 +167,7 @@ impl MatrixJob for BinStack {
     type Memory = Memory;
     type Numbers = BinStackNumbers;
 
+    // Names and conditions only: which pending event counts first is in the behaviour file.
     const EVENTS: &'static [(&'static str, Pending<Self>)] = &[
         ("START", starts),
         ("WAYPOINT_REACHED", when::waypoint_reached),
@@ -178,6 +180,7 @@ impl MatrixJob for BinStack {
         }),
         ("TIMEOUT", |turn| {
             let limit = PolicyTime::from_seconds(turn.of.task.state_timeout_s);
+            // At rest nothing is in progress: waiting for a bin is no time-out.
             let under_way = turn.state != State::Standby || turn.arm.path.is_moving();
             under_way && turn.is_late(limit)
         }),
@@ -227,6 +230,8 @@ impl MatrixJob for BinStack {
     fn is_sound(&self, memory: &Memory) -> bool {
         let known = |object: Option<usize>| object.is_none_or(|index| index < self.objects);
         let held = memory.in_hand.is_none_or(|pose| pose.is_sound());
+        // Counters of a damaged checkpoint are refused: a count near its maximum would fail the
+        // job at the next error.
         let few = memory.stuck < MOST_COUNTED && memory.supply.picks < u64::from(MOST_COUNTED);
         held && few && known(memory.bin) && known(memory.set_down)
     }
@@ -244,6 +249,8 @@ impl MatrixJob for BinStack {
         handlers::reconcile(turn)
     }
 
+    // Called while the operator leads the arm and after the job failed, when `report` is not: a
+    // bin at the end of the belt would otherwise be pushed on.
     fn tend(turn: &mut Turn<'_>) {
         supply::run_belt(View::of(turn), turn.world.job);
     }
@@ -288,14 +295,14 @@ impl SuctionPick for BinStack {
     }
 }
 
-/// The start event was given, the arm is at rest, and there is a bin to take.
+/// The start event was given, the arm is at rest, and a bin can be picked.
 fn starts(turn: &Turn<'_>) -> bool {
     let job = &turn.world.job;
     let idle = turn.state == State::Standby && !turn.arm.path.is_moving();
     idle && job.started && !job.done && View::of(turn).candidate().is_some()
 }
 
-/// A level, not an edge: after a restart it is what it is.
+/// A level, not an edge: after a restart the present grip counts.
 fn broken_grip(turn: &Turn<'_>) -> bool {
     let carrying = matches!(turn.state, State::Placing | State::Flipping | State::Detach);
     carrying && turn.arm.closes() && (turn.gripper.attached == 0 || turn.grip.broken)

@@ -1,14 +1,14 @@
-//! Bins off a conveyor into nine columns of four, all of them upside down.
+//! Stacks bins from a conveyor in nine columns of four, all of them upside down.
 //!
-//! A bin that opens downward is gripped on its bottom and stacked; one that opens
-//! upward is gripped inside, turned over and slid into a holder of rails, let go,
-//! gripped again on its bottom and stacked. The matrix of events and states
-//! comes from a file; what its cells call is in `handlers` and `carry`. Which slots
-//! are taken is seen, not counted: bins that people stack count, too.
+//! A bin that opens downward is gripped on its bottom and stacked. One that opens upward is
+//! gripped inside, turned over, slid into a holder of rails, released, gripped again on its
+//! bottom and stacked. The matrix of events and states is read from a file; its cells name
+//! handlers in `handlers` and `carry`. Which slots are taken is observed, not counted, so bins
+//! that people stack count, too.
 //!
-//! What is in the gripper is released over its slot or in the holder only. Isaac Sim's sample
-//! lets it fall where it hangs at a reset; here it is put away first, once the
-//! pause is over that a reset ends in, and the next one waits for the start.
+//! A held bin is released over its slot or in the holder only. Isaac Sim's sample drops it
+//! where it hangs at a reset; here it is put away first, once the pause is over in which a
+//! reset ends, and the next bin waits for the start.
 
 mod carry;
 mod columns;

@@ -9,7 +9,7 @@ use serde::Deserialize;
 use super::columns::COLUMNS;
 use crate::check;
 
-/// Most steps of 1/60 s that a bin may take to come.
+/// Largest number of steps of 1/60 s until a bin arrives (28 minutes).
 const MAX_STEPS: f64 = 1.0e5;
 
 /// Bins off a conveyor into columns, all of them upside down. Places of the tool
@@ -31,8 +31,8 @@ pub struct BinStackTask {
     /// Direction of the arm's plane above the belt, about z (rad).
     #[schemars(range(min = -7.0, max = 7.0))]
     pub belt_yaw_rad: f64,
-    /// Half the belt's end along x and y, around the bin that waits (m): while a
-    /// bin is in there the belt stands.
+    /// Half the belt's end along x and y, around the waiting bin (m): while a bin is in there
+    /// the belt is stopped.
     #[schemars(inner(range(min = 0.01, max = MAX_COORDINATE_M)))]
     pub belt_end_m: [f64; 2],
     /// Centre of that, on the belt (m).
@@ -165,13 +165,13 @@ impl Settings for BinStackTask {
 }
 
 impl BinColumns {
-    /// Refuses more bins than the columns hold, and columns that the arm does not reach.
+    /// Refuses more bins than the columns hold, and columns out of the arm's reach.
     fn check(&self, at: &Checker<'_>, task: &BinStackTask, cell: &Cell) -> Result<(), ModelError> {
         let bins = cell.objects.iter().filter(|o| o.kind == task.bins);
         let Some(Shape::Bin { size_m, .. }) = bins.clone().map(|o| &o.shape).next() else {
             return Ok(());
         };
-        // More could never be in place, and the job would not end.
+        // More bins could never be in place, and the job would not end.
         let wanted = bins.count().min(cell.bins);
         let (levels, places) = (self.levels, COLUMNS * self.levels as usize);
         if wanted > places {
@@ -183,8 +183,9 @@ impl BinColumns {
         }
         let [x, y, z] = self.first_m;
         let (first, second) = (self.first_step_m, self.second_step_m);
+        // The four outer columns bound all others, since a step is the same between any two.
         let corners = [[0.0, 0.0], [2.0, 0.0], [0.0, 2.0], [2.0, 2.0]];
-        // The cup is on a bin that is upside down.
+        // The cup touches the top of a bin that is upside down: one height above its support.
         let levels = [1.0, f64::from(self.levels)];
         let top = |[i, j]: [f64; 2]| {
             let (x, y) = (

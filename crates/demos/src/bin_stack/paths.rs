@@ -1,4 +1,4 @@
-//! Poses of the TCP on the ways of a bin.
+//! Poses of the TCP along the routes of a bin.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -13,10 +13,11 @@ use super::columns::Slot;
 use super::job::BinStack;
 use super::scene::{Bin, View};
 
-/// The cup leaves the holder downwards where it is this near to it (m).
+/// Within this distance of the holder a cup that points up is at the flipping station (m): it
+/// has to leave the holder downwards.
 const AT_HOLDER_M: f64 = 0.5;
 
-/// To `pose`, around the arm where that is in between.
+/// A route to `pose`, around the arm where the arm is in between.
 pub(super) fn around_to<'r>(view: View<'_>, route: Route<'r>, pose: Pose) -> Route<'r> {
     let task = &view.of.task;
     let via = Pose {
@@ -26,18 +27,18 @@ pub(super) fn around_to<'r>(view: View<'_>, route: Route<'r>, pose: Pose) -> Rou
     route.around_to(view.of.base, view.own.around_rad, via, pose)
 }
 
-/// The way a bin, or the empty cup, begins.
+/// How a route of a bin, or of the empty cup, starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Begin {
     /// The arm is where the job brought it.
     Directly,
-    /// The operator led the arm, or it did not arrive: its joints go to their positions
-    /// at the start first.
+    /// The operator led the arm, or it did not arrive: its joints go to their start positions
+    /// first.
     Restoring,
 }
 
-/// Where `bin` is gripped from above, along its sides as near to the arm's plane as
-/// they allow. The holder is no obstacle for a bin in it.
+/// The spot at which `bin` is gripped from above, turned along its sides as near to the arm's
+/// plane as they allow. The holder is no obstacle for a bin in it.
 pub(super) fn spot(view: View<'_>, bin: &Bin) -> Spot {
     let of = view.of;
     let below_centre = if bin.up() > 0.0 {
@@ -48,6 +49,8 @@ pub(super) fn spot(view: View<'_>, bin: &Bin) -> Spot {
     };
     let at = bin.pose.translation.vector;
     let side = bin.pose.rotation * Vector3::x();
+    // A quarter turn of the bin looks the same to the cup; the nearest one turns the wrist
+    // least and keeps its joint from winding up.
     let yaw = nearest_quarter(libm::atan2(side.y, side.x), yaw_over(view, bin));
     Spot {
         at: Pose {
@@ -59,12 +62,12 @@ pub(super) fn spot(view: View<'_>, bin: &Bin) -> Spot {
     }
 }
 
-/// The TCP above where `bin` is gripped.
+/// Pose of the TCP above the spot at which `bin` is gripped.
 pub(super) fn above(view: View<'_>, bin: &Bin) -> Pose {
     pick::above(view.of, &spot(view, bin))
 }
 
-/// Obstacles for a way that begins or ends at `bin`, which may be in the holder.
+/// Obstacles of a route that starts or ends at `bin`, which may be in the holder.
 pub(super) fn obstacles(view: View<'_>, bin: &Bin) -> u64 {
     let holder = Vector3::from(view.of.task.station.position_m);
     let in_holder = (bin.pose.translation.vector - holder).norm() < view.own.holder_m;
@@ -75,8 +78,7 @@ pub(super) fn obstacles(view: View<'_>, bin: &Bin) -> u64 {
     }
 }
 
-/// Direction of the arm's plane over `bin`: that of the belt for those before
-/// the arm's left, of the holder or of the columns.
+/// Direction of the arm's plane over `bin`: that of the nearest of belt, holder and columns.
 fn yaw_over(view: View<'_>, bin: &Bin) -> f64 {
     let of = view.of;
     let at = bin.pose.translation.vector;
@@ -94,30 +96,30 @@ fn yaw_over(view: View<'_>, bin: &Bin) -> f64 {
     nearest.map_or(0.0, |(_, yaw)| yaw)
 }
 
-/// Cup where the bin in it is in `slot`, `gap` above its support (m): of the
-/// two turns that are as good for the bin, the one nearer to the arm's plane.
+/// Pose of the cup with its bin in `slot`, `gap` above the support (m). A bin may be turned by
+/// half a turn, so the pose nearer to the arm's plane is chosen.
 pub(super) fn over_slot(view: View<'_>, slot: Slot, in_hand: &Pose, gap: f64) -> Pose {
     let mut goal = view.of.columns.pose(&view.own.order, slot);
     goal.translation.vector.z += gap;
     cup_for(&goal, in_hand, view.of.task.stack.tool_yaw_rad)
 }
 
-/// Cup where the bin in it is upside down in the holder, `height` above the
-/// rails (m) and `back` towards the arm (m).
+/// Pose of the cup with its bin upside down in the holder, `height` above the rails (m) and
+/// `back` towards the arm (m).
 pub(super) fn in_holder(of: &BinStack, in_hand: &Pose, height: f64, back: f64) -> Pose {
     let station = &of.task.station;
     let [x, y, z] = station.position_m;
     let out = radial(station.yaw_rad);
     let centre = Vector3::new(x, y, z + height + 0.5 * of.height_m) - out * back;
-    // Long side across the rails.
+    // The long side is across the rails: its rim rests on both.
     let yaw = pose::about(Vector3::z(), station.yaw_rad + FRAC_PI_2);
     let over = pose::about(Vector3::x(), PI);
     let goal = Isometry3::from_parts(centre.into(), yaw * over);
     cup_for(&goal, in_hand, station.yaw_rad)
 }
 
-/// The cup's pose for a bin at `goal`, or at `goal` turned half about the
-/// vertical: whichever has the frame's z axis nearer to `yaw`.
+/// The cup's pose for a bin at `goal`, or at `goal` after half a turn about the vertical: the
+/// one whose z axis is nearer to the direction `yaw`.
 fn cup_for(goal: &Isometry3<f64>, in_hand: &Pose, yaw: f64) -> Pose {
     let grip = pose::isometry(in_hand).inverse();
     let half_turn = pose::about(Vector3::z(), PI);
@@ -131,7 +133,7 @@ fn cup_for(goal: &Isometry3<f64>, in_hand: &Pose, yaw: f64) -> Pose {
     })
 }
 
-/// Poses of turning over at the flipping station.
+/// Poses of the cup for turning a bin over at the flipping station.
 pub(super) struct Turning {
     /// Cup pointing down.
     pub(super) down: Pose,
@@ -139,7 +141,7 @@ pub(super) struct Turning {
     pub(super) up: Pose,
 }
 
-/// Before and after half a turn of the wrist.
+/// The poses before and after half a turn of the wrist.
 pub(super) fn turning(of: &BinStack) -> Turning {
     let station = &of.task.station;
     let out = radial(station.yaw_rad);
@@ -156,18 +158,18 @@ pub(super) fn turning(of: &BinStack) -> Turning {
     }
 }
 
-/// The cup pushed down out of a bin in the holder, from where it let go.
+/// The cup pushed down out of a bin in the holder, from the pose of the release.
 pub(super) fn pushed_down(of: &BinStack, from: &Pose) -> Pose {
     pose::shifted(from, [0.0, 0.0, -of.task.station.push_down_m])
 }
 
-/// The cup moved towards the arm, out from under the holder.
+/// The cup moved towards the arm, away from below the holder.
 pub(super) fn moved_back(of: &BinStack, from: &Pose) -> Pose {
     let back = radial(of.task.station.yaw_rad) * -of.task.station.slide_m;
     pose::shifted(from, back.into())
 }
 
-/// Whether the cup points up: then it is at the flipping station, or was led there.
+/// Whether the cup points up: at the flipping station, or led there by an operator.
 pub(super) fn points_up(tcp: &Pose) -> bool {
     pose::approach(tcp).z > 0.3
 }

@@ -1,4 +1,4 @@
-//! What a decision sees of the bins.
+//! The bins as a decision sees them.
 
 use ipc_types::{GripperState, Pose};
 use nalgebra::{Isometry3, Vector3};
@@ -10,7 +10,7 @@ use robocell_task::Observation;
 use super::columns::{Occupied, Slot};
 use super::job::{BinStack, BinStackNumbers, Turn};
 
-/// A bin as it is seen.
+/// An observed bin.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bin {
     pub(super) object: usize,
@@ -19,7 +19,7 @@ pub(super) struct Bin {
 }
 
 impl Bin {
-    /// Height of its own z axis: 1 upright, -1 upside down.
+    /// The z component of its own z axis: 1 upright, -1 upside down.
     pub(super) fn up(&self) -> f64 {
         (self.pose.rotation * Vector3::z()).z
     }
@@ -29,7 +29,7 @@ impl Bin {
     }
 }
 
-/// What is seen in one decision.
+/// The observation of one decision.
 #[derive(Clone, Copy)]
 pub(super) struct View<'a> {
     pub(super) of: &'a BinStack,
@@ -52,7 +52,7 @@ impl<'a> View<'a> {
         }
     }
 
-    /// The bins in the simulation.
+    /// All bins in the simulation.
     pub(super) fn bins(self) -> impl Iterator<Item = Bin> + use<'a> {
         let bins = self.of.bins.iter();
         bins.filter_map(move |object| self.bin(*object))
@@ -68,16 +68,17 @@ impl<'a> View<'a> {
         })
     }
 
-    /// Whether a bin is flat on its bottom or on its rim.
+    /// Whether a bin rests on its bottom or on its rim.
     pub(super) fn is_flat(self, bin: &Bin) -> bool {
         bin.up().abs() > self.own.straight
     }
 
-    /// The bin to take next: the one that waits on the belt, or one that was left
-    /// where it does not belong.
+    /// The bin to pick next: the one that waits on the belt, or one that was left outside of
+    /// its place.
     pub(super) fn candidate(self) -> Option<Bin> {
-        // Without a place for it there is nothing to take.
+        // Without a free slot no bin can be put anywhere.
         self.next_slot()?;
+        // Strays first: one may be in the holder, which the next bin may need.
         self.stray().or_else(|| self.waiting())
     }
 
@@ -95,16 +96,18 @@ impl<'a> View<'a> {
         self.bin(object).filter(|_| attached)
     }
 
-    /// Whether `bin` is gripped from its open side, inside.
+    /// Whether `bin` is gripped inside, from its open side.
     pub(super) fn inside(self, bin: &Bin) -> bool {
         let z = bin.pose.rotation * Vector3::z();
         pose::approach(&self.tcp).dot(&z) < 0.0
     }
 
-    /// The slot of a bin that is not in the gripper.
+    /// The slot of a bin, if it is not in the gripper.
     pub(super) fn slot(self, bin: &Bin) -> Option<Slot> {
         let held = self.held().is_some_and(|held| held.object == bin.object);
         let slot = self.of.columns.slot_of(self.own, &bin.pose);
+        // A bin over its slot in the gripper is not placed; it would count as stacked before it
+        // is released.
         slot.filter(|_| !held)
     }
 
@@ -117,7 +120,7 @@ impl<'a> View<'a> {
         taken
     }
 
-    /// Bins in their slots, with no gap below them.
+    /// Bins in their slots without a gap below them.
     pub(super) fn stacked(self) -> impl Iterator<Item = Bin> + use<'a> {
         let taken = self.occupied();
         self.bins().filter(move |bin| {
@@ -130,6 +133,7 @@ impl<'a> View<'a> {
     pub(super) fn waiting(self) -> Option<Bin> {
         let seen = self.sensed()?;
         let bin = self.bin(seen)?;
+        // Moving bins are left alone: a spot that moves is missed by the cup.
         (bin.at_rest && self.is_flat(&bin) && self.on_belt_end(&bin)).then_some(bin)
     }
 
@@ -140,7 +144,7 @@ impl<'a> View<'a> {
         (object as usize).checked_sub(1)
     }
 
-    /// Whether a bin is at the belt's end, or hangs over it.
+    /// Whether a bin is at the belt's end, or held over it.
     pub(super) fn belt_end_taken(self) -> bool {
         self.sensed().is_some() || self.held().is_some_and(|bin| self.on_belt_end(&bin))
     }
@@ -149,24 +153,25 @@ impl<'a> View<'a> {
         let task = &self.of.task;
         let offset = bin.position() - Vector3::from(task.belt_end_position_m);
         let [x, y] = task.belt_end_m;
-        // Low enough to be in the way of the next one, or on the belt itself.
+        // Low enough to be in the way of the next bin, or on the belt itself.
         let low = offset.z < 2.5 * self.of.height_m;
         offset.x.abs() < x && offset.y.abs() < y && low && offset.z > 0.0
     }
 
-    /// A bin at rest, flat, free and in reach that is neither on the belt nor
-    /// where it belongs: in the holder, or not placed well.
+    /// A bin at rest, flat, free and in reach that is neither on the belt nor in a slot: in the
+    /// holder, or placed badly.
     pub(super) fn stray(self) -> Option<Bin> {
         let floor = self.of.task.stack.first_m[2];
         self.bins().find(|bin| {
             let at = bin.position();
             let far = at.xy().norm() > self.own.reach_m;
             let lies = bin.at_rest && self.is_flat(bin) && !far && at.z > floor;
+            // A bin below another one is not taken: the upper one would fall.
             lies && !self.on_belt(bin) && self.slot(bin).is_none() && !self.covered(bin)
         })
     }
 
-    /// Whether a bin is on the belt, before or at its end.
+    /// Whether a bin is on the belt, its end included.
     pub(super) fn on_belt(self, bin: &Bin) -> bool {
         let task = &self.of.task;
         let end = Vector3::from(task.belt_end_position_m);
@@ -184,7 +189,7 @@ impl<'a> View<'a> {
         })
     }
 
-    /// Whether some joint of the arm has nearly no turn left.
+    /// Whether a joint of the arm is close to one of its limits.
     pub(super) fn caught(self) -> bool {
         let margin = self.own.joint_margin_rad;
         let Some(arm) = self.observation.arm(ARM) else {

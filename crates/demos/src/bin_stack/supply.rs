@@ -1,4 +1,4 @@
-//! Asking the conveyor for bins, and letting it run.
+//! Requests for bins, and the motion of the belt.
 
 use cell_model::random::Random;
 use robocell_task::{Job, PolicyTime};
@@ -8,28 +8,29 @@ use super::job::{BinStack, Turn};
 use super::scene::View;
 use crate::failure::Failure;
 
-/// Steps of Isaac Sim's sample in a second.
+/// Steps per second of Isaac Sim's sample, in which the cell file gives delays.
 pub(super) const STEPS_PER_SECOND: u64 = 60;
 
-/// What was asked of the conveyor; part of the checkpoint.
+/// Requests to the conveyor so far; part of the checkpoint.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct SupplyMemory {
-    /// When the next bin is asked for.
+    /// Time of the next request for a bin.
     next_at: Option<PolicyTime>,
-    /// When one was asked for last.
+    /// Time of the last request.
     asked_at: Option<PolicyTime>,
     /// Picks from the belt so far; each has its own random delay.
     pub(super) picks: u64,
-    /// Since when nothing is left to pick while bins are missing.
+    /// Time since which nothing can be picked while bins are missing.
     missing_since: Option<PolicyTime>,
 }
 
 impl SupplyMemory {
-    /// A bin was picked from the belt: the next one comes after a while that the
-    /// seed decides.
+    /// A bin was picked from the belt: the next one follows after a delay drawn from the seed.
     pub(super) fn picked(&mut self, of: &BinStack, now: PolicyTime) {
         let [least, most] = of.task.next_bin_steps.map(u64::from);
         self.picks += 1;
+        // The generator is made from seed and count, not kept: a restored task draws the same
+        // delay.
         let mut random = Random::new(of.seed ^ (self.picks << 20));
         let steps = least + random.bits() % (most.saturating_sub(least) + 1);
         let delay = steps * 1000 / STEPS_PER_SECOND;
@@ -39,26 +40,31 @@ impl SupplyMemory {
 
 /// Runs the belt until a bin is at its end.
 pub(super) fn run_belt(view: View<'_>, job: &mut Job) {
+    // Stopped while a held bin is over the end, too: the next one would be driven into it.
     job.io.conveyor_running = job.started && !view.belt_end_taken();
 }
 
-/// What the conveyor is told in this decision.
+/// Sets the requests to the conveyor of this decision.
 pub(super) fn update(turn: &mut Turn<'_>) {
     let (view, now, own) = (View::of(turn), turn.now, turn.own);
     let job = &mut *turn.world.job;
     run_belt(view, job);
+    // The belt is run even before the start, above; bins are requested only afterwards.
     if !job.started || job.done {
         return;
     }
     let memory = &mut turn.memory.supply;
     let all_came = view.bins().count() >= view.of.wanted;
     let on_belt = view.bins().any(|bin| view.on_belt(&bin));
-    // Not at once: physics has to hear this task once before it hears a request.
+    // Not at once: physics ignores the first counter of a task that it sees, since an older
+    // task may have counted before.
     if memory.asked_at.is_none() && memory.next_at.is_none() {
         memory.next_at = Some(PolicyTime::from_ticks(now.ticks() + own.first_bin.ticks()));
     }
     let due = memory.next_at.is_some_and(|at| now >= at);
     let waited = |at| now.since(at) > own.ask_again;
+    // A request can be lost (the belt was full, physics was restarted); asked again only while
+    // the belt is empty, so that no two bins follow each other.
     let nothing_comes = memory.next_at.is_none() && !on_belt && memory.asked_at.is_some_and(waited);
     if !all_came && (due || nothing_comes) {
         job.io.add_bin += 1;
@@ -69,7 +75,7 @@ pub(super) fn update(turn: &mut Turn<'_>) {
     note_lost(idle, turn);
 }
 
-/// All bins came, not all are in place, and there is none to pick: the first of
+/// Fails the job if all bins arrived, not all are in place and none can be picked; the first of
 /// those names the reason.
 fn note_lost(idle: bool, turn: &mut Turn<'_>) {
     let since = &mut turn.memory.supply.missing_since;

@@ -1,4 +1,4 @@
-//! Where a bin can be gripped.
+//! The spot at which a bin can be gripped.
 
 use ipc_types::Pose;
 use nalgebra::{Isometry3, Point3, Vector3};
@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use super::job::Turn;
 use robocell_skills::{geometry, pose};
 
-/// Which side of the bin.
+/// A side of the bin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Side {
     /// The inside of its floor.
@@ -18,7 +18,7 @@ pub(super) enum Side {
 }
 
 impl Side {
-    /// For the log.
+    /// Name for the log.
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Floor => "inside, on its floor",
@@ -28,39 +28,41 @@ impl Side {
     }
 }
 
-/// A spot that can be gripped.
+/// A spot that suction can hold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Grasp {
     pub(super) side: Side,
-    /// The spot, with x into the surface: where the cup would touch it.
+    /// Pose of the cup at the spot, with x into the surface.
     pub(super) at: Pose,
 }
 
-/// Why there is none.
+/// Reason for which no spot was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum NoGrasp {
     /// The bin fell out of the cell.
     Lost,
-    /// Too far away, or too near to the arm's foot.
+    /// Too far away, or too near to the arm's base.
     OutOfReach,
-    /// No side of it is flat enough, or parts cover the one that does.
+    /// No side is level enough, or parts cover the one that is.
     NoSurface,
 }
 
-/// A side's middle and outward direction, in the frame of the bin.
+/// Centre and outward direction of a side, in the frame of the bin.
 struct Face {
     side: Side,
     middle: Point3<f64>,
     normal: Vector3<f64>,
 }
 
-/// The spot to grip the bin at: on the side that faces up most.
+/// Finds the spot to grip the bin at: on the side that faces up most.
 pub(super) fn find(turn: &Turn<'_>) -> Result<Grasp, NoGrasp> {
     let bin = turn.seen(turn.of.bin).ok_or(NoGrasp::Lost)?.pose;
     let task = &turn.of.task;
     let centre = bin.translation.vector - turn.of.base.translation.vector;
     let distance = centre.xy().norm();
     let [near, far] = task.reach_m;
+    // In the plane only, before anything else: outside of this ring no side can be gripped, and
+    // its reason is the more useful one.
     if distance < near || distance > far {
         return Err(NoGrasp::OutOfReach);
     }
@@ -69,6 +71,7 @@ pub(super) fn find(turn: &Turn<'_>) -> Result<Grasp, NoGrasp> {
     let best = faces.iter().max_by(|a, b| up(a).total_cmp(&up(b)));
     let face = best.filter(|face| up(face) > libm::cos(task.max_tilt_rad));
     let face = face.ok_or(NoGrasp::NoSurface)?;
+    // Walls and bottom are free of parts; only the floor has to be searched for a free spot.
     let spot = if face.side == Side::Floor {
         free_spot(turn, &bin, face).ok_or(NoGrasp::NoSurface)?
     } else {
@@ -84,10 +87,10 @@ pub(super) fn find(turn: &Turn<'_>) -> Result<Grasp, NoGrasp> {
     })
 }
 
-/// The cup's z axis at rest: gripping with as little turning as there can be.
+/// The cup's z axis at rest: a grip near it turns the wrist least.
 fn rest_z(turn: &Turn<'_>) -> Vector3<f64> {
     let z = geometry::rotation(turn.of.rest.orientation_wxyz) * Vector3::z();
-    // Along the ground, as the cup will point down.
+    // Projected on the ground, because the cup will point down.
     Vector3::new(z.x, z.y, 0.0)
 }
 
@@ -110,14 +113,15 @@ fn faces(turn: &Turn<'_>) -> [Face; 6] {
     ]
 }
 
-/// A spot of the floor that no part covers, as near to its middle as there is
-/// one. Whatever is in the way of the tube counts.
+/// The spot of the floor nearest to its centre that no part covers. Everything in the way of
+/// the tube counts.
 fn free_spot(turn: &Turn<'_>, bin: &Isometry3<f64>, floor: &Face) -> Option<Point3<f64>> {
     let half = turn.of.size * 0.5;
     let room = turn.own.room_m;
     let wall = turn.of.wall_m + room;
     let inside =
         |p: &Vector3<f64>| p.x.abs() < half.x && p.y.abs() < half.y && p.z.abs() < 2.0 * half.z;
+    // Parts up to a bin's height above the rim count: the tube of the cup passes there.
     let in_bin = |(centre, radius): (Vector3<f64>, f64)| {
         let local = bin.inverse_transform_point(&Point3::from(centre));
         inside(&local.coords).then_some((local, radius))
@@ -136,7 +140,7 @@ fn free_spot(turn: &Turn<'_>, bin: &Isometry3<f64>, floor: &Face) -> Option<Poin
     Some(floor.middle + nearest)
 }
 
-/// Parts that are in the cell: centre, world frame (m), and radius (m).
+/// The parts in the cell: centre, world frame (m), and radius (m).
 fn parts(turn: &Turn<'_>) -> impl Iterator<Item = (Vector3<f64>, f64)> {
     let parts = turn.of.parts.iter();
     parts.filter_map(|(part, radius)| {

@@ -1,4 +1,4 @@
-//! What the cells of the matrix do, besides picking.
+//! Handlers of the matrix other than those of picking.
 
 use behavior::matrix::Next;
 use robocell_skills::matrix::{SuctionPick as _, goto, pick};
@@ -10,8 +10,8 @@ use super::hold;
 use super::job::{FillBin, State, Turn};
 use crate::failure::Failure;
 
-/// Where the bin can be gripped now; the job fails once it could not for too
-/// long.
+/// The spot at which the bin can be gripped now. The job fails once none was found for the
+/// patience of the task.
 pub(super) fn grasp(turn: &mut Turn<'_>) -> Option<Grasp> {
     let why = match grasp::find(turn) {
         Ok(grasp) => {
@@ -21,6 +21,7 @@ pub(super) fn grasp(turn: &mut Turn<'_>) -> Option<Grasp> {
         Err(why) => why,
     };
     let since = *turn.memory.stuck_since.get_or_insert(turn.now);
+    // Patience, because a bin that rolls or rocks has no spot only for a moment.
     let patience = PolicyTime::from_seconds(turn.of.task.patience_s);
     if turn.now.since(since) >= patience {
         let (failure, text) = match why {
@@ -34,18 +35,20 @@ pub(super) fn grasp(turn: &mut Turn<'_>) -> Option<Grasp> {
         let name = &turn.of.task.bin;
         turn.world
             .fail(failure.reason(), format_args!("{name} {text}"));
-        // After another start the patience is the same.
+        // Another start has the same patience.
         turn.memory.stuck_since = None;
+        // The arm stops and lets go: a failed job waits for the operator, who may reach into
+        // the cell.
         turn.arm.path.stop();
         turn.arm.switch(false);
     }
     None
 }
 
-/// The bin is looked for, and approached if it can be gripped.
+/// Looks for the bin, and approaches it if it can be gripped.
 pub(super) fn to_above_bin(turn: &mut Turn<'_>) -> Next {
     let moves = turn.seen(turn.of.bin).is_some_and(|bin| !bin.at_rest);
-    // What is attached already is handled by ATTACHED, in the next decision.
+    // A bin that is attached already is handled by ATTACHED, in the next decision.
     if !turn.world.job.started || moves || turn.memory.attached {
         return Next::Stay;
     }
@@ -65,10 +68,10 @@ pub(super) fn to_above_bin(turn: &mut Turn<'_>) -> Next {
     goto(State::Picking)
 }
 
-/// Something is attached: the bin is carried under the dispenser, anything else is
-/// let go.
+/// Something is attached: the bin is carried under the dispenser, anything else is released.
 pub(super) fn lift(turn: &mut Turn<'_>) -> Next {
     turn.memory.attached = false;
+    // Suction takes whatever it touches first, which may be a part on the floor of the bin.
     if !FillBin::holds(turn) {
         let line = format_args!("[missed] that is not the bin");
         turn.world.out.log(line);
@@ -81,6 +84,7 @@ pub(super) fn lift(turn: &mut Turn<'_>) -> Next {
     turn.world.job.held = Some(of.bin);
     let raised = pose::shifted(&turn.tcp, [0.0, 0.0, of.task.lift_m]);
     let hold = hold::hanging(turn);
+    // The stand is left out: the bin is in contact with it while it is lifted.
     turn.route()
         .avoiding(of.beside_stand)
         .within(seconds(of.task.lift_s), raised)
@@ -89,14 +93,14 @@ pub(super) fn lift(turn: &mut Turn<'_>) -> Next {
     goto(State::Holding)
 }
 
-/// The bin is under the dispenser. A bin held by a wall is turned up first.
-///
-/// Parts fall until the grip breaks, then the bin is picked up again: a cycle without an end.
-/// The job is done after the first whole one, when the bin that fell is held here again, and
-/// stays done until a reset while the cycle continues: an outcome that followed each break
-/// would be no answer to whether the job was done.
+/// The bin is under the dispenser; one that is held by a wall is turned upright first.
+/// Parts fall until the grip breaks, then the bin is picked up again: an endless cycle. The job
+/// is done after its first whole round, when the fallen bin is held here again, and it stays
+/// done until a reset while the cycle continues: an outcome that changed with each break would
+/// not tell whether the job was done.
 pub(super) fn ask_for_parts(turn: &mut Turn<'_>) -> Next {
     let (of, job) = (turn.of, &mut *turn.world.job);
+    // Held under the dispenser: failed pick-ups count in a row only.
     if let Some(attempts) = job.attempts_mut(of.bin) {
         attempts.pick = 0;
     }
@@ -110,6 +114,8 @@ pub(super) fn ask_for_parts(turn: &mut Turn<'_>) -> Next {
     }
     if hold::opens_up(turn) {
         let io = &mut turn.world.job.io;
+        // A counter, not a flag: a request cannot be missed or served twice, whatever state
+        // physics sees.
         io.drop_parts = io.drop_parts.wrapping_add(1);
         let pause = PolicyTime::from_seconds(of.task.drop_interval_s);
         turn.arm.again_after(pause, turn.now);
@@ -125,9 +131,9 @@ pub(super) fn ask_for_parts(turn: &mut Turn<'_>) -> Next {
     Next::Stay
 }
 
-/// No part would stay in a bin that hangs upside down: it is carried aside and let
-/// fall.
+/// No part would stay in a bin that hangs upside down: it is carried aside and dropped.
 fn tip_over(turn: &mut Turn<'_>) {
+    // The first call carries it aside, the second, after arrival, opens the gripper.
     if std::mem::replace(&mut turn.memory.aside, true) {
         turn.arm.switch(false);
         return;
@@ -137,6 +143,8 @@ fn tip_over(turn: &mut Turn<'_>) {
     turn.world.out.log(format_args!(
         "[hold] {name} hangs upside down, it is let fall to come to rest otherwise"
     ));
+    // From the end of the path, not from the TCP, which lags behind: aside is the same place
+    // each time.
     let hold = turn.arm.path.end().map(Waypoint::pose);
     let aside = pose::shifted(&hold.unwrap_or(turn.tcp), of.task.tip_over_m);
     let time = PolicyTime::from_seconds(of.task.lift_s);
@@ -146,9 +154,11 @@ fn tip_over(turn: &mut Turn<'_>) {
         .end();
 }
 
-/// The grip is gone: back to the rest pose, and from there to the bin again.
+/// The grip broke: back to the rest pose, and from there to the bin again.
 pub(super) fn give_up(turn: &mut Turn<'_>) -> Next {
     let held = turn.state == State::Holding;
+    // Away from HOLDING only a broken grip is a drop; a pick-up that did not attach is an
+    // attempt.
     if turn.grip.broken || held {
         turn.memory.broke |= held && turn.grip.broken;
         turn.note_drop(turn.of.bin, held);
@@ -158,10 +168,12 @@ pub(super) fn give_up(turn: &mut Turn<'_>) -> Next {
     back_to_rest(turn)
 }
 
-/// A pick-up, or the way to the rest pose, took too long.
+/// A pick-up, or the motion to the rest pose, took too long.
 pub(super) fn stop_tasks(turn: &mut Turn<'_>) -> Next {
     let of = turn.of;
     turn.world.job.counters.recoveries += 1;
+    // In STANDBY the arm itself is stuck; elsewhere the bin may be the cause, so the arm goes
+    // home first.
     if turn.state != State::Standby {
         let line = format_args!("[timeout] pick-up stopped");
         turn.world.out.log(line);
@@ -177,6 +189,7 @@ pub(super) fn stop_tasks(turn: &mut Turn<'_>) -> Next {
 }
 
 pub(super) fn back_to_rest(turn: &mut Turn<'_>) -> Next {
+    // A straight way home would keep the turns of the joints, until one is at its limit.
     if turn.world.is_wound() {
         return restore(turn);
     }
@@ -187,7 +200,7 @@ pub(super) fn back_to_rest(turn: &mut Turn<'_>) -> Next {
     goto(State::Standby)
 }
 
-/// To the rest pose by the configuration of the start.
+/// To the rest pose through the start configuration.
 fn restore(turn: &mut Turn<'_>) -> Next {
     turn.arm.switch(false);
     turn.memory.stuck_since = None;
@@ -201,14 +214,14 @@ fn restore(turn: &mut Turn<'_>) -> Next {
     goto(State::Standby)
 }
 
-/// What is in the gripper is carried on; without it, or after a reset, the arm
-/// returns to its rest pose.
+/// A bin in the gripper is carried on. Without one, or after a reset, the arm returns to its
+/// rest pose.
 pub(super) fn reconcile(turn: &mut Turn<'_>) -> Next {
     let on_path = turn.is_on_path().unwrap_or(false);
     let attached = turn.gripper.attached == 1;
     let let_go = std::mem::take(&mut turn.memory.let_go);
     if !let_go && (on_path || attached != turn.arm.grip.attached()) {
-        // The next decision sees by itself what changed.
+        // The next decision finds the changed grip as an event.
         return Next::Stay;
     }
     if attached && !let_go {
@@ -222,7 +235,7 @@ pub(super) fn reconcile(turn: &mut Turn<'_>) -> Next {
         turn.world.job.counters.recoveries += 1;
         return Next::Stay;
     }
-    // What is let go here is not an event of the next decision.
+    // This release is not an event of the next decision.
     turn.arm.grip.update(turn.gripper);
     turn.world.job.held = None;
     back_to_rest(turn)

@@ -1,4 +1,4 @@
-//! How a bin is held under the dispenser.
+//! Poses of a bin under the dispenser.
 
 use ipc_types::Pose;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
@@ -6,28 +6,30 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use super::job::Turn;
 use robocell_skills::{geometry, pose};
 
-/// The bin, and where it opens to.
+/// Pose of the bin, and the direction in which it opens.
 fn bin(turn: &Turn<'_>) -> (Isometry3<f64>, Vector3<f64>) {
     let bin = turn.seen(turn.of.bin);
     let bin = bin.map_or_else(Isometry3::identity, |bin| bin.pose);
     (bin, bin.rotation * Vector3::z())
 }
 
-/// Whether parts would fall into the bin as it is held.
+/// Whether parts fall into the bin as it is held.
 pub(super) fn opens_up(turn: &Turn<'_>) -> bool {
     bin(turn).1.z > turn.own.opens_up
 }
 
-/// The cup over the hold position, pointing down, with the bin's long edge turned
-/// as the dispenser wants it: how every bin hangs at first.
+/// The cup over the hold position, pointing down, with the bin's long edge in the direction
+/// that the dispenser needs: the first pose of every bin.
 pub(super) fn hanging(turn: &Turn<'_>) -> Pose {
     let task = &turn.of.task;
     let tcp = pose::isometry(&turn.tcp);
+    // The tilt of the cup is removed from the bin, too: its edges are compared as it will hang.
     let down = geometry::rotation(turn.tcp.orientation_wxyz) * Vector3::x();
     let upright = UnitQuaternion::rotation_between(&down, &-Vector3::z())
         .unwrap_or_else(UnitQuaternion::identity);
     let bin = upright * bin(turn).0.rotation;
-    // The edge that is flattest of the two long enough to tell.
+    // The more level of the two edges: the direction of a steep one is not defined in the
+    // plane.
     let (long, short) = (bin * Vector3::x(), bin * Vector3::y());
     let edge = if long.z.abs() < short.z.abs() {
         long
@@ -41,8 +43,8 @@ pub(super) fn hanging(turn: &Turn<'_>) -> Pose {
     }
 }
 
-/// The cup beside a bin that it holds by a wall, pointing along -x, so that the bin opens upward under the dispenser. `None` where the cup
-/// holds it otherwise.
+/// The cup beside a bin that it holds by a wall, pointing along -x, so that the bin opens
+/// upward under the dispenser. `None` if the cup holds the bin at another side.
 pub(super) fn upright(turn: &Turn<'_>) -> Option<Pose> {
     let of = turn.of;
     let (bin, up) = bin(turn);
@@ -51,7 +53,7 @@ pub(super) fn upright(turn: &Turn<'_>) -> Option<Pose> {
     }
     let tcp_in_bin = bin.inverse() * pose::isometry(&turn.tcp);
     let inward = tcp_in_bin.rotation * Vector3::x();
-    // The turn of an upright bin that lets the cup point along -x.
+    // The turn of an upright bin that makes the cup point along -x.
     let yaw = std::f64::consts::PI - libm::atan2(inward.y, inward.x);
     let [x, y, z] = of.task.hold_position_m;
     let height = z + 0.5 * of.size.z - of.wall_m;
@@ -62,7 +64,7 @@ pub(super) fn upright(turn: &Turn<'_>) -> Option<Pose> {
     Some(pose::wire(&(bin * tcp_in_bin)))
 }
 
-/// The angle equal to `angle` up to half turns that is nearest to none (rad).
+/// The angle nearest to zero that differs from `angle` by half turns (rad).
 fn half_turn(angle: f64) -> f64 {
     let half = std::f64::consts::PI;
     angle - (angle / half).round() * half

@@ -1,4 +1,4 @@
-//! What the job knows, remembers and is asked.
+//! Settings, memory and events of the job.
 
 use behavior::matrix::Next;
 use behavior::numbers::Numbers;
@@ -30,7 +30,7 @@ named! {
     }
 }
 
-/// The settings of the cell file and what follows from them.
+/// The settings of the cell file, and the values derived from them.
 #[derive(Debug)]
 pub(super) struct FillBin {
     pub(super) task: FillBinTask,
@@ -40,14 +40,14 @@ pub(super) struct FillBin {
     pub(super) size: Vector3<f64>,
     /// Thickness of its floor and walls (m).
     pub(super) wall_m: f64,
-    /// What may be in it, by index in the cell file, with the radius of the ball
-    /// that encloses it (m).
+    /// Objects that may be in the bin: index in the cell file, and radius of the enclosing ball
+    /// (m).
     pub(super) parts: Vec<(usize, f64)>,
     /// Base of the arm, world frame.
     pub(super) base: Isometry3<f64>,
-    /// Obstacles that count while the bin is picked up: all but its stand.
+    /// Bits of the obstacles that count while the bin is picked up: all but its stand.
     pub(super) beside_stand: u64,
-    /// The TCP where the arm waits.
+    /// Pose of the TCP at rest.
     pub(super) rest: Pose,
 }
 
@@ -88,15 +88,15 @@ pub(super) struct FillBinNumbers {
     pub(super) slow_speed_m_s: f64,
     /// Free radius the cup needs on a floor with parts (m).
     pub(super) room_m: f64,
-    /// Spots of the floor that are tried, as fractions of what is free of walls.
+    /// Spots of the floor that are tried, as fractions of the space between the walls.
     pub(super) spots: Vec<f64>,
-    /// Cosine of the angle within which a side is held that faces the cup.
+    /// Cosine of the largest angle between a side and the cup at which the side counts as held.
     pub(super) facing: f64,
     /// Cosine of the angle up to which a bin opens upward.
     pub(super) opens_up: f64,
 }
 
-/// Part of the checkpoint.
+/// The memory of the job; part of the checkpoint.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[allow(
     clippy::struct_excessive_bools,
@@ -105,11 +105,11 @@ pub(super) struct FillBinNumbers {
 pub(super) struct Memory {
     /// An attachment that was not handled yet.
     pub(super) attached: bool,
-    /// Since when the bin cannot be picked up.
+    /// Time since which the bin cannot be picked up.
     pub(super) stuck_since: Option<PolicyTime>,
-    /// The task was reset: what is in the gripper is let go first.
+    /// The task was reset: a held object is released first.
     pub(super) let_go: bool,
-    /// A grip broke since the job began.
+    /// A grip broke since the job started.
     pub(super) broke: bool,
     /// A bin that hangs upside down was carried aside.
     pub(super) aside: bool,
@@ -120,6 +120,7 @@ impl MatrixJob for FillBin {
     type Memory = Memory;
     type Numbers = FillBinNumbers;
 
+    // Names and conditions only: which pending event counts first is in the behaviour file.
     const EVENTS: &'static [(&'static str, Pending<Self>)] = &[
         ("START", starts),
         ("WAYPOINT_REACHED", when::waypoint_reached),
@@ -165,12 +166,12 @@ impl MatrixJob for FillBin {
     }
 
     fn observe(turn: &mut Turn<'_>) {
-        // Kept until it is handled; what is detached again is not.
+        // Kept until it is handled; an attachment that ended before that is dropped.
         turn.memory.attached |= turn.grip.attached;
         turn.memory.attached &= turn.gripper.attached == 1;
         if turn.grip.attached {
-            // What the operator attached in a pause stays attached until ATTACHED
-            // says what it is.
+            // What the operator attached during a pause stays attached until ATTACHED
+            // identifies it.
             turn.arm.switch(true);
         }
     }
@@ -215,7 +216,7 @@ impl SuctionPick for FillBin {
         })
     }
 
-    /// The bin, and not something else.
+    /// Whether the bin is held, and nothing else.
     fn holds(turn: &Turn<'_>) -> bool {
         turn.held() == Some(turn.of.bin)
     }
@@ -231,18 +232,19 @@ impl SuctionPick for FillBin {
     }
 }
 
-/// A pick-up, or the way to the rest pose.
+/// Whether a pick-up, or the motion to the rest pose, lasts too long.
 fn lasts_too_long(turn: &Turn<'_>) -> bool {
     let limit = PolicyTime::from_seconds(turn.of.task.state_timeout_s);
     let under_way = match turn.state {
         State::Picking | State::Attach => true,
         State::Standby => turn.arm.path.is_moving(),
+        // Holding has no limit: how long the grip lasts is the point of the job.
         State::Holding => false,
     };
     under_way && turn.is_late(limit)
 }
 
-/// The start event is latched: it is pending until the arm is on its way.
+/// The start event is latched: it stays pending until the arm moves.
 fn starts(turn: &Turn<'_>) -> bool {
     let idle = turn.state == State::Standby && !turn.arm.path.is_moving();
     turn.world.job.started && idle && !turn.arm.grip.attached()

@@ -1,10 +1,10 @@
-//! Hold a bin under the dispenser until the grip breaks, and find it again.
+//! Holds a bin under the dispenser until the grip breaks, and finds it again.
 //!
-//! An event x state matrix from a file, with the events and states of Isaac Sim's sample.
-//! The bin is picked from its stand, lifted under the dispenser and held while parts
-//! fall in, until weight or a blow breaks the grip. It falls, spills, is found
-//! wherever a flat side of it can be gripped, and held again. That is the end of the job: it
-//! is done then, and stays done until a reset, while bin and parts go on like this.
+//! An event x state matrix from a file, with the events and states of Isaac Sim's sample. The
+//! bin is picked from its stand, lifted under the dispenser and held while parts fall in, until
+//! their weight or an impact breaks the grip. It falls, spills, is found wherever a flat side
+//! of it can be gripped, and is held again. The job is done then, and stays done until a reset,
+//! while the cycle of bin and parts continues.
 
 mod grasp;
 mod handlers;

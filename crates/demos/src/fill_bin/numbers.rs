@@ -8,7 +8,7 @@ use serde::Deserialize;
 
 use crate::check;
 
-/// No arm reaches further (m).
+/// Upper bound of the reach of any arm (m): a larger number in a file is an error of units.
 const MAX_REACH_M: f64 = 10.0;
 
 /// Hold a bin under the dispenser until the grip breaks, and find it again.
@@ -22,8 +22,7 @@ pub struct FillBinTask {
     pub behaviour: String,
     /// The bin: an object of the cell.
     pub bin: String,
-    /// A fixture that stands close around the bin: no obstacle while it is
-    /// picked up.
+    /// A fixture close around the bin: not an obstacle while the bin is picked up.
     #[serde(default)]
     pub stand: Option<String>,
     /// Where the cup rests between two picks (m).
@@ -45,8 +44,8 @@ pub struct FillBinTask {
     /// Gap between cup and surface when suction is switched on (m).
     #[schemars(range(min = 0.0, max = 0.1))]
     pub gap_m: f64,
-    /// A bin that hangs upside down is let fall this far beside the hold
-    /// position, x, y and z, to lie otherwise afterwards (m).
+    /// A bin that hangs upside down is dropped this far beside the hold position, x, y and z,
+    /// so that it comes to rest on another side (m).
     #[schemars(inner(range(min = -0.5, max = 0.5)))]
     pub tip_over_m: [f64; 3],
     /// A bin is raised by this before it is carried (m),
@@ -87,6 +86,8 @@ impl Settings for FillBinTask {
     fn check(&self, cell: &Cell, at: &Checker<'_>) -> Result<(), ModelError> {
         check::behaviour(at, &self.behaviour)?;
         let bins = cell.objects.iter();
+        // Only an object of its own, not one of a series: the job needs to know which bin it
+        // is.
         let bins = bins.filter(|o| matches!(o.shape, Shape::Bin { .. }) && o.name == o.kind);
         let bins: Vec<&str> = bins.map(|o| o.name.as_str()).collect();
         check::known(at, "task.bin", &self.bin, "bin", &bins)?;
@@ -103,6 +104,8 @@ impl Settings for FillBinTask {
         }
         let orientation = &self.default_orientation_wxyz;
         check::unit_quaternion(at, "task.default_orientation_wxyz", orientation, 1.0e-3)?;
+        // Refused at load (ADR 0026): an arm that cannot get there would time out in every
+        // cycle.
         let hold = [self.hold_position_m];
         check::tool_gets_to(at, "task.hold_position_m", cell.arms.first(), hold)?;
         let [near, far] = self.reach_m;

@@ -1,4 +1,4 @@
-//! What to do with a bin, and which step comes next.
+//! The work on a bin, and the transition from step to step.
 
 use nalgebra::UnitQuaternion;
 use robocell_skills::{KeptPose, Named as _};
@@ -16,6 +16,8 @@ use crate::failure::Failure;
 
 impl Palletizer {
     pub(super) fn advance(&mut self, view: &View<'_>, job: &mut Job, out: &mut Output) {
+        // Done is final: a bin that is pulled off the pallet afterwards does not restart the
+        // job.
         match (self.state(), self.memory.work) {
             (State::Done, _) => {}
             (State::Idle, _) | (_, None) => self.choose(view, job, out),
@@ -31,8 +33,9 @@ impl Palletizer {
         self.run.set(state.name(), why, out);
     }
 
-    /// Nothing at hand: is there anything to do?
+    /// Nothing is in progress: chooses the next work, if there is any.
     fn choose(&mut self, view: &View<'_>, job: &mut Job, out: &mut Output) {
+        // Whatever led here, nothing of the last bin may remain.
         self.memory.work = None;
         self.set(State::Idle, "nothing at hand", out);
         job.held = None;
@@ -41,12 +44,16 @@ impl Palletizer {
             if self.fire(Trigger::AllPlaced, facts, out) {
                 finished(out);
             }
+        // A bin on the cup goes first, whoever put it there: the arm cannot pick another one.
         } else if let Some(bin) = view.attached {
             self.adopt(bin, view, job, out);
+        // Something else on the cup: suction could not attach a bin.
         } else if !view.cup_taken
             && let Some(bin) = view.next_bin()
             && self.fire(Trigger::GoPick, facts, out)
         {
+            // A bin that opens downward is gripped on its bottom, which is another sequence of
+            // steps.
             let kind = match view.bin(bin).map(|seen| lie(&seen.pose)) {
                 Some(Lie::UpsideDown) => WorkKind::PickFlipped,
                 _ => WorkKind::Pick,
@@ -57,6 +64,8 @@ impl Palletizer {
 
     fn work_on(&mut self, mut work: Work, view: &View<'_>, job: &mut Job, out: &mut Output) {
         let sequence = view.setup.sequence(work.kind);
+        // Checked before the step itself: a step that waits or moves would go on without its
+        // bin.
         let gone = view.bin(work.bin).is_none();
         if gone || (sequence.holds(work.step) && view.attached != Some(work.bin)) {
             self.lost(&work, view, job, out);
@@ -66,6 +75,8 @@ impl Palletizer {
             return;
         };
         let to = step.table.go.as_ref().map(|go| go.to);
+        // Only on the way into a slot: the bin is steered by what it lacks, as seen in this
+        // decision.
         if matches!(to, Some(Target::Slot { .. })) {
             motion::creep(&mut work, view);
             self.memory.work = Some(work);
@@ -87,7 +98,7 @@ impl Palletizer {
         }
     }
 
-    /// Begins the first step of `kind`.
+    /// Starts the first step of `kind`.
     fn begin(&mut self, bin: usize, kind: WorkKind, view: &View<'_>, job: &mut Job) {
         let from_belt = view.bin(bin).is_some_and(|seen| view.on_belt(&seen));
         let kind = match kind {
@@ -106,21 +117,26 @@ impl Palletizer {
             slot: None,
             creep: [0.0; 2],
         };
+        // Sequences that place need a slot from their first step on; without one no attempt can
+        // succeed.
         if !kind.picks() && kind != WorkKind::Flip {
             choose_place(&mut work, view);
             if work.slot.is_none() {
                 job.fail(Failure::BinCannotBePlaced.reason());
             }
         }
+        // A new key is a new goal: the controller must not count the arrival at the last one.
         job.newest_key += 1;
         self.memory.work = Some(work);
     }
 
-    /// Begins the next step.
+    /// Starts the next step.
     fn enter(&mut self, work: Work, view: &View<'_>, job: &mut Job, out: &mut Output) {
         let step = work.step + 1;
         let next = view.setup.sequence(work.kind).step(step);
         let to = next.and_then(|next| Some(next.table.go.as_ref()?.to));
+        // Steps relative to the target before start from the target, not from the tool, which
+        // lags behind and would add its error to each step.
         let relative = matches!(to, Some(Target::Up { .. } | Target::Back { .. }));
         let target = self.memory.path.end().filter(|_| relative);
         self.memory.work = Some(Work {
@@ -139,12 +155,13 @@ impl Palletizer {
         }
     }
 
-    /// The last step of a state is over.
+    /// Ends a state after its last step.
     fn finish(&mut self, work: &Work, view: &View<'_>, job: &mut Job, out: &mut Output) {
         let facts = view.facts(Some(work.bin));
         let name = view.setup.name(work.bin);
         let trigger = if work.kind.picks() {
             let word = if facts.needs_flip { "flip" } else { "no flip" };
+            // A successful pick ends the count of failures, which is in a row.
             out.log(format_args!("<{word}> {name}"));
             if let Some(attempts) = attempts(work, view, job) {
                 attempts.pick = 0;
@@ -156,9 +173,13 @@ impl Palletizer {
             judge_place(work, view, job, out);
             Trigger::PlaceDone
         };
+        // The file may have no row for this state and trigger; the job then chooses again
+        // instead of waiting for ever.
         if !self.fire(trigger, facts, out) {
             self.set(State::Idle, "no row", out);
         }
+        // Which sequence follows is the table's decision: its state, not the trigger, is looked
+        // at.
         self.memory.work = None;
         match self.state() {
             State::Picking => self.begin(work.bin, WorkKind::Pick, view, job),
@@ -171,6 +192,8 @@ impl Palletizer {
 
     fn lost(&mut self, work: &Work, view: &View<'_>, job: &mut Job, out: &mut Output) {
         let name = view.setup.name(work.bin);
+        // A bin that was lost from the cup is a drop; one that disappeared before it was
+        // gripped is not.
         let held = view.setup.sequence(work.kind).holds(work.step);
         let event = if held {
             TraceEvent::Drop
@@ -183,6 +206,7 @@ impl Palletizer {
         );
         if held {
             job.counters.drops += 1;
+            // A bin that falls again and again would make an endless job.
             if count_failure(work, view, job) >= view.setup.task.max_attempts {
                 job.fail(Failure::BinCannotBeGripped.reason());
             }
@@ -205,9 +229,12 @@ impl Palletizer {
         let name = view.setup.name(work.bin);
         out.event(TraceEvent::Recover, format_args!("[missed] {name}: {step}"));
         job.counters.recoveries += 1;
+        // A gripper that does not open stays closed in another attempt, too.
         let again = count_failure(work, view, job) < view.setup.task.max_attempts;
         if !again || failure == Failure::GripperBlocked {
             job.fail(failure.reason());
+        // The bin is still on the cup: it is carried over the rest pose instead, another way to
+        // its place.
         } else if sequence.holds(work.step) {
             self.bring(work.bin, WorkKind::PlaceFromHome, view, job, out);
         } else {
@@ -218,13 +245,14 @@ impl Palletizer {
     fn back_to_idle(&mut self, view: &View<'_>, job: &mut Job, out: &mut Output) {
         job.held = None;
         self.memory.work = None;
+        // The goal of the old work must not be followed any longer.
         job.newest_key += 1;
         if !self.fire(Trigger::Lost, view.facts(None), out) {
             self.set(State::Idle, "lost", out);
         }
     }
 
-    /// Continues with a bin that is on the cup already.
+    /// Continues with a bin that is already on the cup.
     pub(super) fn adopt(&mut self, bin: usize, view: &View<'_>, job: &mut Job, out: &mut Output) {
         let name = view.setup.name(bin);
         out.event(
@@ -235,7 +263,7 @@ impl Palletizer {
         self.bring(bin, WorkKind::Place, view, job, out);
     }
 
-    /// The bin on the cup to the jig, or to its place by `way`.
+    /// Takes the bin on the cup to the jig, or to its place by `way`.
     fn bring(
         &mut self,
         bin: usize,
@@ -254,14 +282,16 @@ impl Palletizer {
     }
 }
 
-/// Where the bin on the cup goes, and the tool with it.
+/// Chooses the slot of the bin on the cup, and the tool's pose there.
 fn choose_place(work: &mut Work, view: &View<'_>) {
     work.slot = view.free_slot();
     let slot = work.slot.and_then(|slot| view.setup.slots.get(slot));
     let (Some(slot), Some(bin)) = (slot, view.bin(work.bin)) else {
         return;
     };
+    // The bin's pose in the cup is measured, so a bin gripped off its centre is placed centred.
     let grip = view.tool.inverse() * bin.pose;
+    // Of two turns the one nearer to where the arm will be before it lowers the bin.
     let from: &UnitQuaternion<f64> = match work.kind {
         WorkKind::PlaceFromHome => &view.setup.home.rotation,
         _ => &view.tool.rotation,
@@ -273,7 +303,7 @@ fn attempts<'j>(work: &Work, view: &View<'_>, job: &'j mut Job) -> Option<&'j mu
     job.attempts_mut(view.setup.bins.get(work.bin)?.object)
 }
 
-/// Counts a failure with a bin; how many of its kind in a row it is.
+/// Counts a failure with a bin; returns how many in a row there are of its kind.
 fn count_failure(work: &Work, view: &View<'_>, job: &mut Job) -> u32 {
     let Some(attempts) = attempts(work, view, job) else {
         return u32::MAX;
@@ -287,11 +317,12 @@ fn count_failure(work: &Work, view: &View<'_>, job: &mut Job) -> u32 {
     *count
 }
 
-/// Whether the bin that was let go is in its place.
+/// Judges whether the released bin is in its place.
 fn judge_place(work: &Work, view: &View<'_>, job: &mut Job, out: &mut Output) {
     let name = view.setup.name(work.bin);
     let slot = view.bin(work.bin).and_then(|seen| view.slot_of(&seen));
     if let Some(slot) = slot {
+        // In its place: both counts of failures start again.
         if let Some(attempts) = attempts(work, view, job) {
             *attempts = Attempts::default();
         }

@@ -1,8 +1,8 @@
-//! Where the cup grips a bin, and where the tool is when the bin is in place.
+//! Poses of the cup at a bin, and of the tool with the bin in its place.
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
-/// How far a bin may lean and still be gripped square: cosine of 15 degrees.
+/// Cosine of 15 degrees: a bin that leans by more cannot be gripped squarely.
 const SQUARE: f64 = 0.966;
 
 /// Measures of a bin.
@@ -14,7 +14,7 @@ pub(super) struct BinShape {
     pub(super) wall: f64,
 }
 
-/// How a bin lies.
+/// Orientation of a bin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Lie {
     /// It opens upwards.
@@ -25,7 +25,7 @@ pub(super) enum Lie {
     Tilted,
 }
 
-/// How a bin at `pose` lies.
+/// Orientation of a bin at `pose`.
 pub(super) fn lie(pose: &Isometry3<f64>) -> Lie {
     let up = (pose.rotation * Vector3::z()).z;
     if up > SQUARE {
@@ -42,13 +42,12 @@ pub(super) fn opens_down(pose: &Isometry3<f64>) -> bool {
     (pose.rotation * Vector3::z()).z < 0.0
 }
 
-/// The tool where the cup, `gap` (m) off, faces the middle of the bin's floor:
-/// from the inside where the bin opens upwards, from the outside where it lies
-/// upside down; `None` for one that leans. Of the turns about the approach that
-/// will do, the one nearest to `tool`.
+/// The pose of the tool where the cup, `gap` (m) away, faces the centre of the bin's floor:
+/// from the inside if the bin opens upwards, from the outside if it is upside down. `None` for
+/// one that leans. Of the possible turns about the approach, the one nearest to `tool`.
 ///
-/// A bin to be turned over is gripped such that its long side is level at
-/// `flip`, so that it tilts about that side only.
+/// A bin that has to be turned over is gripped such that its long side is level at `flip`, so
+/// that it tilts about that side only.
 pub(super) fn grasp(
     pose: &Isometry3<f64>,
     shape: &BinShape,
@@ -61,12 +60,14 @@ pub(super) fn grasp(
         Lie::Tilted => return None,
         Lie::Upright => {
             let down = -axis(Vector3::z());
+            // Any of the four sides does: an upright bin is only carried.
             let sides = [Vector3::x(), -Vector3::x(), Vector3::y(), -Vector3::y()];
             let turns = sides.map(|side| frame(down, Vector3::y(), axis(side)));
             (shape.wall + gap - 0.5 * shape.size.z, turns)
         }
         Lie::UpsideDown => {
             let down = axis(Vector3::z());
+            // Along its long side only, for the tilt in the jig.
             let long = level_in_tool(flip);
             let one = frame(down, long, axis(Vector3::x()));
             let other = frame(down, long, axis(-Vector3::x()));
@@ -81,9 +82,8 @@ pub(super) fn grasp(
     ))
 }
 
-/// The tool where a bin that is held at `grip` (of the bin in the tool's frame)
-/// stands in `slot`; of the two turns of the bin that will do, the one nearer
-/// to `tool`.
+/// The pose of the tool that puts a bin, held at `grip` (the bin in the tool's frame), into
+/// `slot`; of the two possible turns of the bin, the one nearer to `tool`.
 pub(super) fn place(
     slot: &Isometry3<f64>,
     grip: &Isometry3<f64>,
@@ -99,16 +99,17 @@ pub(super) fn place(
     }
 }
 
-/// The direction, in the tool's frame and across its axis, that is level in the
-/// world at `flip`.
+/// The direction, in the tool's frame and across its axis, that is level in the world at
+/// `flip`.
 fn level_in_tool(flip: &UnitQuaternion<f64>) -> Vector3<f64> {
     let level = Vector3::z().cross(&(flip * Vector3::x()));
+    // A tool that points straight up or down has no such direction; any will do.
     let level = level.try_normalize(1.0e-6).unwrap_or_else(Vector3::y);
     flip.inverse() * level
 }
 
-/// The rotation that takes the tool's x axis to `approach` and `across`, a
-/// direction in the tool's frame at right angles to x, to `side`.
+/// The rotation that maps the tool's x axis to `approach`, and `across`, a direction in the
+/// tool's frame at right angles to x, to `side`.
 fn frame(approach: Vector3<f64>, across: Vector3<f64>, side: Vector3<f64>) -> UnitQuaternion<f64> {
     let world = Matrix3::from_columns(&[approach, side, approach.cross(&side)]);
     let own = Matrix3::from_columns(&[Vector3::x(), across, Vector3::x().cross(&across)]);

@@ -1,4 +1,4 @@
-//! What the policy remembers from decision to decision.
+//! The memory of the policy, from decision to decision.
 
 use ipc_types::MAX_JOINTS;
 use ipc_types::validate::MAX_JOINT_POSITION;
@@ -9,50 +9,50 @@ use serde::{Deserialize, Serialize};
 
 use super::setup::PalletizeSetup;
 
-/// The bin at hand, and how far it is.
+/// The bin in progress, and its step.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Work {
     /// Its index in the setup.
     pub(super) bin: usize,
-    /// What is done with it.
+    /// The work on it.
     pub(super) kind: WorkKind,
     /// It came from the belt, not from the jig.
     pub(super) from_belt: bool,
-    /// Which step.
+    /// Index of the step.
     pub(super) step: usize,
-    /// When that began.
+    /// Start of the step.
     pub(super) began: PolicyTime,
-    /// Refusals of the gripper when that began.
+    /// Refusals of the gripper at the start of the step.
     pub(super) refusals: u32,
-    /// What the target was, and the tool's pose, when that began.
+    /// Target of the step before, or the tool's pose, at the start of the step.
     pub(super) base: KeptPose,
-    /// Joint positions when that began (rad).
+    /// Joint positions at the start of the step (rad).
     pub(super) joints: [f64; MAX_JOINTS],
-    /// Where on the pallet it goes.
+    /// Its place on the pallet.
     pub(super) slot: Option<usize>,
-    /// How far it has crept, x and y (m).
+    /// How far the target has crept, x and y (m).
     pub(super) creep: [f64; 2],
 }
 
-/// Which sequence of steps.
+/// A sequence of steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum WorkKind {
-    /// Take a bin that opens upwards.
+    /// Pick a bin that opens upwards.
     Pick,
-    /// Take one that is upside down.
+    /// Pick a bin that is upside down.
     PickFlipped,
-    /// Bring one to the jig.
+    /// Bring a bin to the jig.
     Flip,
-    /// Set one down.
+    /// Set a bin down.
     Place,
-    /// Set one down that comes from the belt.
+    /// Set a bin down that was picked from the belt.
     PlaceFromBelt,
-    /// Set one down that was not brought to its place: over the rest pose.
+    /// Set a bin down over the rest pose, after an attempt that failed.
     PlaceFromHome,
 }
 
 impl WorkKind {
-    /// All of them; the index is that of their sequence.
+    /// All kinds; the index is that of their sequence.
     pub(super) const ALL: [Self; 6] = [
         Self::Pick,
         Self::PickFlipped,
@@ -62,26 +62,28 @@ impl WorkKind {
         Self::PlaceFromHome,
     ];
 
-    /// Whether it takes a bin, and does not start with one on the cup.
+    /// Whether it picks a bin, and does not start with one on the cup.
     pub(super) fn picks(self) -> bool {
         matches!(self, Self::Pick | Self::PickFlipped)
     }
 }
 
-/// All but the state of the machine.
+/// The memory except for the state of the machine.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Memory {
-    /// The bin at hand; none in idle and done.
+    /// The bin in progress; `None` in idle and done.
     pub(super) work: Option<Work>,
-    /// Where the arm was sent last: one waypoint.
+    /// The last goal of the arm: one waypoint.
     pub(super) path: Path,
-    /// When a bin was last asked for.
+    /// Time of the last request for a bin.
     pub(super) asked: Option<PolicyTime>,
 }
 
 impl Memory {
-    /// Whether a restored memory can belong to that job.
+    /// Whether a restored memory can belong to the job of `setup`.
     pub(super) fn is_sound(&self, setup: &PalletizeSetup) -> bool {
+        // Every index is checked: a checkpoint of another cell has valid bytes and would choose
+        // wrong bins.
         let sound = |work: Work| {
             work.bin < setup.bins.len()
                 && setup.sequence(work.kind).step(work.step).is_some()

@@ -1,5 +1,5 @@
-//! Bins off a conveyor onto a pallet, the upside-down ones over the flip jig: a
-//! table of five states in a file, and sequences of steps in the cell file.
+//! Stacks bins from a conveyor on a pallet, the upside-down ones over the flip jig: a table of
+//! five states in a file, and sequences of steps in the cell file.
 
 mod advance;
 mod geometry;

@@ -1,4 +1,4 @@
-//! Where the arm is sent in a step, and whether the step has ended.
+//! The goal of the arm in a step, and whether the step has ended.
 
 use ipc_types::decision::GoalKind;
 use nalgebra::{Isometry3, Translation3, Vector3};
@@ -14,22 +14,23 @@ use super::setup::PalletizeSetup;
 use super::steps::Step;
 use crate::failure::Failure;
 
-/// Suction has let go at the latest after this (s).
+/// Suction that has not released after this is blocked (s).
 const RELEASE_TIMEOUT_S: f64 = 5.0;
-/// And is given this long at least (s).
+/// Suction is given this long at least (s): the bin is still in contact in the first tick after
+/// release.
 const RELEASE_S: f64 = 0.05;
-/// The target of a lift stays within reach of the tool, so it only has to be
-/// followed (m).
+/// Tolerance for the target of a lift (m): it stays `lead_m` ahead of the tool, so its height
+/// decides and not the distance.
 const NEAR_AHEAD_M: f64 = 1.0;
-/// Every rotation is nearer than that (rad).
+/// Tolerance that every rotation meets (rad): larger than pi.
 const ANY_ANGLE_RAD: f64 = 4.0;
 
-/// To the rest pose from anywhere, also with the tool pointing up.
+/// A waypoint to the rest pose from anywhere, also with the tool pointing up.
 pub(super) fn home_by_joints(setup: &PalletizeSetup) -> Waypoint {
     Waypoint::new(pose::wire(&setup.home)).by_joints(setup.home_joints)
 }
 
-/// Where a step sends the arm; `None` where the bin cannot be gripped.
+/// The waypoint of a step; `None` if the bin cannot be gripped.
 pub(super) fn waypoint(view: &View<'_>, work: &Work, go: &GoTable) -> Option<Waypoint> {
     let setup = view.setup;
     let base = work.base.isometry();
@@ -39,6 +40,7 @@ pub(super) fn waypoint(view: &View<'_>, work: &Work, go: &GoTable) -> Option<Way
     };
     let mut approach = go.approach_m;
     let target = match go.to {
+        // Aimed again in every decision: a bin on the belt may still move.
         Target::Bin { gap_m, approach_m } => {
             let (shape, bin) = (&setup.bins.get(work.bin)?.shape, view.bin(work.bin)?);
             let (tool, jig) = (&view.tool.rotation, &setup.jig.rotation);
@@ -47,6 +49,7 @@ pub(super) fn waypoint(view: &View<'_>, work: &Work, go: &GoTable) -> Option<Way
             target
         }
         Target::Up { by_m, lead_m } => {
+            // Never below what was reached, so the target of a lift does not go back down.
             let lifted = view.tool.translation.z - base.translation.z;
             with(Vector3::z() * (lifted.max(0.0) + lead_m).min(by_m))
         }
@@ -65,6 +68,8 @@ pub(super) fn waypoint(view: &View<'_>, work: &Work, go: &GoTable) -> Option<Way
             with(Vector3::new(x, y, gap_m))
         }
     };
+    // Joints that are named, those at the start of the step, or those of the rest pose, in this
+    // order.
     let posture = match go.posture {
         Some(posture) => super::setup::joints(&posture),
         None if go.keeps_posture => work.joints,
@@ -77,33 +82,34 @@ pub(super) fn waypoint(view: &View<'_>, work: &Work, go: &GoTable) -> Option<Way
     })
 }
 
-/// A bin near its place moves the target by part of what is missing, in every
-/// decision.
+/// Moves the target of a bin near its place by a part of its error, in every decision.
 pub(super) fn creep(work: &mut Work, view: &View<'_>) {
     let (most, gain) = (view.setup.task.creep_m, view.setup.task.creep_gain);
     let Some(off) = view.off_place(work) else {
         return;
     };
+    // Far from its place the error is the way that is left, not an error of the grip.
     if off.xy().norm() >= most || off.z.abs() >= most {
         return;
     }
     for (crept, missing) in work.creep.iter_mut().zip([off.x, off.y]) {
+        // Bounded, so that a bin that is blocked does not push the target ever farther.
         *crept = (*crept + gain * missing).clamp(-most, most);
     }
 }
 
-/// How far a step is.
+/// Progress of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Progress {
-    /// It is not over.
+    /// The step is in progress.
     Running,
-    /// It is over.
+    /// The step has ended.
     Done,
-    /// It will not succeed; the reason if that happens again and again.
+    /// The step will not succeed; the reason applies if that happens again and again.
     Missed(Failure),
 }
 
-/// What a step is judged by.
+/// The inputs for the judgement of a step.
 pub(super) struct Judge<'a> {
     pub(super) view: &'a View<'a>,
     pub(super) memory: &'a Memory,
@@ -112,16 +118,18 @@ pub(super) struct Judge<'a> {
 }
 
 impl Judge<'_> {
-    /// How far `step` of `work` is.
+    /// Progress of `step` of `work`.
     pub(super) fn progress(&self, work: &Work, step: &Step) -> Progress {
         let table = &step.table;
         match (table.wait_s, &table.go, table.suction) {
-            // The belt has been told to stop by the decision before.
+            // The belt stops with the decision before this one: the wait starts once it is at
+            // rest.
             (Some(_), ..) if table.stops_belt && work.from_belt && self.job.io.conveyor_running => {
                 Progress::Running
             }
             (Some(wait), ..) => done_if(self.past(work, wait)),
             (None, Some(go), _) => {
+                // Arrival is looked at first: a step that arrives in its last tick is not late.
                 let late = self.past(work, self.view.setup.task.reach_timeout_s);
                 match (self.arrived(work, go), late) {
                     (true, _) => Progress::Done,
@@ -136,6 +144,8 @@ impl Judge<'_> {
 
     fn arrived(&self, work: &Work, go: &GoTable) -> bool {
         let angle = go.angle_tolerance_rad.unwrap_or(ANY_ANGLE_RAD);
+        // Each target has its own criterion: a lift its height, a bin its pose, a slot the bin
+        // itself.
         match go.to {
             Target::Up { by_m, .. } => {
                 let wanted = work.base.isometry().translation.z + by_m;
@@ -156,11 +166,12 @@ impl Judge<'_> {
             Target::Bin { .. } if self.leans(work) => Failure::BinCannotBeGripped,
             Target::Bin { .. } => Failure::BinOutOfReach,
             Target::Jig {} | Target::Slot { .. } => Failure::BinCannotBePlaced,
+            // Open ways in free space fail only for the arm's own reasons.
             _ => Failure::ArmCaught,
         }
     }
 
-    /// The step has lasted that long (s).
+    /// Whether the step has lasted for `seconds`.
     fn past(&self, work: &Work, seconds: f64) -> bool {
         self.view.now.since(work.began) >= PolicyTime::from_seconds(seconds)
     }
@@ -173,7 +184,7 @@ impl Judge<'_> {
         }
     }
 
-    /// Suction finds no level floor on a bin that leans.
+    /// Whether the bin leans: suction finds no level floor on it.
     fn leans(&self, work: &Work) -> bool {
         let seen = self.view.bin(work.bin);
         seen.is_some_and(|seen| lie(&seen.pose) == Lie::Tilted)
@@ -184,6 +195,8 @@ impl Judge<'_> {
         let late = self.past(work, view.setup.task.attach_timeout_s);
         match view.attached {
             Some(bin) if bin == work.bin => Progress::Done,
+            // A refusal since the start of the step, or another object on the cup: no bin will
+            // follow.
             _ if late || view.refusals != work.refusals || view.cup_taken => {
                 Progress::Missed(Failure::BinCannotBeGripped)
             }
@@ -191,8 +204,8 @@ impl Judge<'_> {
         }
     }
 
-    /// The goal of this very step is followed, and the tool is there. What was
-    /// said for another step, or by the operator, says nothing about this one.
+    /// Whether the goal of this very step is followed and the tool is there. A goal of another
+    /// step, or of the operator, is not counted.
     fn reached(&self, tolerance: f64, angle: f64) -> bool {
         let key = self.job.newest_key;
         let previous = self.out.previous(ARM);

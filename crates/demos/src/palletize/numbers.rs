@@ -11,7 +11,7 @@ use serde::Deserialize;
 use super::steps;
 use crate::check;
 
-/// Most places a pallet may have: a bin for each of them has to be an object.
+/// Largest number of places on a pallet: each needs a bin, which is an object of the cell.
 const MAX_SLOTS: usize = ipc_types::MAX_OBJECTS;
 
 /// Bins off a conveyor onto a pallet, the upside-down ones over the flip jig.
@@ -234,6 +234,7 @@ pub enum Suction {
 impl Settings for PalletizeTask {
     fn check(&self, cell: &Cell, at: &Checker<'_>) -> Result<(), ModelError> {
         check::behaviour(at, &self.behaviour)?;
+        // Without a supply no bin would arrive, and the job would wait for ever.
         if cell.conveyor.as_ref().is_none_or(|c| c.supply.is_none()) {
             let allowed = "this job needs a [conveyor] with a [conveyor.supply]";
             return Err(at.refuse("task.kind", "'palletize'", allowed));

@@ -1,4 +1,5 @@
-//! Which obstacles count: some keep the arm away from places only until it is
+//! The obstacles that count: some keep the arm away from a place only while it has nothing to
+//! do there.
 //! to go there.
 
 use nalgebra::{Vector2, Vector3};
@@ -6,8 +7,8 @@ use nalgebra::{Vector2, Vector3};
 use super::memory::{Work, WorkKind};
 use super::setup::PalletizeSetup;
 
-/// The mask of [`ipc_types::ArmGoal::obstacle_mask`] with the tool at `tool` on
-/// its way to `target` (m).
+/// The mask of [`ipc_types::ArmGoal::obstacle_mask`] with the tool at `tool` and its goal at
+/// `target` (m).
 pub(super) fn mask(
     setup: &PalletizeSetup,
     work: Option<&Work>,
@@ -20,9 +21,10 @@ pub(super) fn mask(
         let off = p.xy() - Vector2::from(jig.middle_m);
         off.norm() < jig.radius_m && p.z < jig.below_z_m
     };
-    // The arm brings a bin to the jig or leaves it, or takes one there.
+    // The arm brings a bin to the jig, leaves the jig, or picks a bin there.
     let at_jig = work.is_some_and(|work| work.kind == WorkKind::Flip) || near(tool) || near(target);
-    // The two sides are parted by the line from the arm's base through a point.
+    // The line from the arm's base through `side_m` separates the two sides: on one side no
+    // dome is needed between tool and target.
     let [x, y] = setup.task.side_m;
     let side = |p: &Vector3<f64>| x * p.y - y * p.x > 0.0;
     let mut off = 0;

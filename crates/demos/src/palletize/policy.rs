@@ -1,4 +1,4 @@
-//! The policy: the table decides what to do with a bin, steps do it.
+//! The policy: the table chooses the work on a bin, and its steps carry it out.
 
 use std::sync::Arc;
 
@@ -27,7 +27,7 @@ pub(super) struct Palletizer {
 }
 
 impl Palletizer {
-    /// A machine in its first state.
+    /// A policy whose machine is in its first state.
     pub(super) fn new(setup: Arc<PalletizeSetup>) -> Self {
         Self {
             run: MachineRun::new(Arc::clone(&setup.table)),
@@ -36,7 +36,7 @@ impl Palletizer {
         }
     }
 
-    /// The state; one that the file has besides counts as idle.
+    /// The state; an additional state of the file counts as idle.
     pub(super) fn state(&self) -> State {
         let mut known = State::ALL.iter();
         let state = known.find(|state| state.name() == self.run.state());
@@ -59,11 +59,14 @@ impl Palletizer {
         };
         let path = &mut self.memory.path;
         match wanted {
+            // An arm under way only gets a new aim: a new path would start from standstill.
             Some(waypoint) if path.is_moving() => path.aim(waypoint),
             Some(waypoint) => path.go(waypoint, &pose::wire(&view.tool), view.now),
             None => {}
         }
         let work = self.memory.work.as_ref();
+        // Without work the cup is open; with it the sequence says, also for steps without
+        // suction.
         let gripper = work.map_or(GripperGoal::Open, |work| {
             view.setup.sequence(work.kind).gripper(work.step)
         });
@@ -77,21 +80,24 @@ impl Palletizer {
         }
     }
 
-    /// Whether the belt may run.
+    /// Whether the belt runs.
     fn belt_runs(&self, view: &View<'_>) -> bool {
         let stops = self.step().is_some_and(|(work, step)| {
             let wait = step.table.wait_s.filter(|_| step.table.stops_belt);
             let waits = wait
                 .is_some_and(|wait| view.now.since(work.began) < PolicyTime::from_seconds(wait));
+            // The belt stops at the end of the waiting step and stays stopped while the bin is
+            // picked.
             work.kind.picks() && work.from_belt && !waits
         });
         !stops && !view.bin_waits() && self.state() != State::Done
     }
 
-    /// Asks for the next bin.
+    /// Requests the next bin.
     fn supply(&mut self, view: &View<'_>, job: &mut Job) {
         let interval = PolicyTime::from_seconds(view.setup.task.supply_interval_s);
-        // The first decision of a task only tells physics where its counters are.
+        // Physics ignores the first counter of a task, which may have counted before: the first
+        // decision only makes the counter known.
         let may_ask = match self.memory.asked {
             Some(asked) => view.now.since(asked) >= interval,
             None => view.now > PolicyTime::default(),
@@ -113,6 +119,8 @@ impl Palletizer {
         let object = |bin: usize| view.setup.bins.get(bin).map(|bin| bin.object);
         job.held = view.attached.and_then(object);
         let placed = view.placed().filter_map(|(bin, _)| object(bin));
+        // Rebuilt in each decision from what is seen, so a bin that was moved does not stay
+        // listed.
         job.placed.clear();
         job.placed
             .extend(placed.filter_map(|object| u32::try_from(object).ok()));
@@ -166,6 +174,8 @@ impl AnyPolicy for Palletizer {
 
     fn restore(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
         let (state, memory): (ByteBuf, Memory) = checkpoint::from_bytes(bytes)?;
+        // A checkpoint is checked as a whole before anything is restored: half of one would mix
+        // two jobs.
         if !memory.is_sound(&self.setup) {
             return Err(bincode::Error::custom("not a checkpoint of this cell"));
         }
@@ -174,9 +184,9 @@ impl AnyPolicy for Palletizer {
         Ok(())
     }
 
-    /// What is on the cup decides: a bin that the checkpoint does not know about is
-    /// carried to its place. One that is not on the cup any more was lost, which the
-    /// next decision notices.
+    /// The bin on the cup decides: one that the checkpoint does not have is carried to its
+    /// place. A bin of the checkpoint that is not on the cup was lost, which the next decision
+    /// notices.
     fn reconcile(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {
         let setup = Arc::clone(&self.setup);
         let Some(view) = View::read(&setup, observation) else {
@@ -187,7 +197,7 @@ impl AnyPolicy for Palletizer {
         };
         let expected = self.step().is_some_and(|(work, step)| {
             let holds = setup.sequence(work.kind).holds(work.step);
-            // A motion that took too long was given up.
+            // A motion that took too long was given up, whatever was on the cup.
             let timeout = PolicyTime::from_seconds(setup.task.reach_timeout_s);
             let late = view.now.since(work.began) >= timeout;
             work.bin == bin && (holds || step.table.suction.is_some()) && !late

@@ -1,4 +1,4 @@
-//! What the policy sees of the cell in one decision.
+//! The cell as the policy sees it in one decision.
 
 use ipc_types::MAX_JOINTS;
 use ipc_types::world::OBJECT_ENABLED;
@@ -14,39 +14,39 @@ use super::table::Facts;
 
 /// A bin slower than this is at rest (m/s).
 const AT_REST_M_S: f64 = 0.05;
-/// A place on the pallet is taken by what is this near to it, in it or beside it:
-/// nearer than to the next place (m).
+/// A place on the pallet is occupied by anything this near to it, in it or beside it: nearer
+/// than to the next place (m).
 const BESIDE_M: f64 = 0.15;
 
-/// A bin as seen.
+/// An observed bin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Bin {
-    /// Where it is.
+    /// Its pose, world frame.
     pub(super) pose: Isometry3<f64>,
-    /// How fast (m/s).
+    /// Its speed (m/s).
     speed: f64,
 }
 
-/// One sample.
+/// The observation of one decision.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct View<'a> {
     pub(super) setup: &'a PalletizeSetup,
     pub(super) observation: &'a Observation<'a>,
     pub(super) now: PolicyTime,
-    /// The tool as measured.
+    /// Measured pose of the tool, world frame.
     pub(super) tool: Isometry3<f64>,
-    /// Joint positions as measured (rad).
+    /// Measured joint positions (rad).
     pub(super) joints: [f64; MAX_JOINTS],
     /// The bin on the cup, by its index in the setup.
     pub(super) attached: Option<usize>,
-    /// Anything is on the cup.
+    /// Whether anything is on the cup.
     pub(super) cup_taken: bool,
-    /// Counts how often suction attached nothing.
+    /// Number of times that suction attached nothing.
     pub(super) refusals: u32,
 }
 
 impl<'a> View<'a> {
-    /// The sample; `None` without an arm.
+    /// The observation; `None` without an arm.
     pub(super) fn read(
         setup: &'a PalletizeSetup,
         observation: &'a Observation<'a>,
@@ -66,7 +66,7 @@ impl<'a> View<'a> {
         })
     }
 
-    /// A bin that is in the cell.
+    /// A bin, if it is in the cell.
     pub(super) fn bin(&self, bin: usize) -> Option<Bin> {
         let spec = self.setup.bins.get(bin)?;
         let state = self.observation.object(spec.object)?;
@@ -76,27 +76,28 @@ impl<'a> View<'a> {
         })
     }
 
-    /// Bins that are in the cell.
+    /// All bins in the cell.
     fn present(&self) -> impl Iterator<Item = (usize, Bin)> + '_ {
         let all = 0..self.setup.bins.len();
         all.filter_map(|bin| Some((bin, self.bin(bin)?)))
     }
 
-    /// Those of them that are not on the cup.
+    /// All bins that are not on the cup.
     fn free(&self) -> impl Iterator<Item = (usize, Bin)> + '_ {
         self.present()
             .filter(|(bin, _)| Some(*bin) != self.attached)
     }
 
-    /// Bins that are where they belong, with their places.
+    /// All bins in their places, with the index of the place.
     pub(super) fn placed(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         self.free()
             .filter_map(|(bin, seen)| Some((bin, self.slot_of(&seen)?)))
     }
 
-    /// The place a bin is in.
+    /// The index of the place that a bin is in.
     pub(super) fn slot_of(&self, bin: &Bin) -> Option<usize> {
         let tolerance = self.setup.task.slot_tolerance_m;
+        // A moving or upside-down bin is not placed, even over its place.
         if bin.speed > AT_REST_M_S || lie(&bin.pose) != Lie::Upright {
             return None;
         }
@@ -107,7 +108,7 @@ impl<'a> View<'a> {
         })
     }
 
-    /// The place the bin on the cup goes to: the first that is free.
+    /// The place for the bin on the cup: the first free one.
     pub(super) fn free_slot(&self) -> Option<usize> {
         let mut slots = self.setup.slots.iter();
         slots.position(|slot| {
@@ -120,14 +121,14 @@ impl<'a> View<'a> {
         })
     }
 
-    /// From the bin of `work` to its place (m).
+    /// The offset from the bin of `work` to its place (m).
     pub(super) fn off_place(&self, work: &Work) -> Option<Vector3<f64>> {
         let slot = self.setup.slots.get(work.slot?)?;
         let bin = self.bin(work.bin)?;
         Some(slot.translation.vector - bin.pose.translation.vector)
     }
 
-    /// What rows may ask, about `bin`.
+    /// The facts that guards of the table read, about `bin`.
     pub(super) fn facts(&self, bin: Option<usize>) -> Facts {
         let seen = bin.and_then(|bin| self.bin(bin));
         Facts {
@@ -143,7 +144,7 @@ impl<'a> View<'a> {
         off.norm() < jig.radius_m
     }
 
-    /// Whether a bin is on the belt, or on its way on it.
+    /// Whether a bin is on the belt, its start included.
     pub(super) fn on_belt(&self, bin: &Bin) -> bool {
         let task = &self.setup.task;
         within(bin.pose.translation.x, task.belt_x_m)
@@ -151,13 +152,14 @@ impl<'a> View<'a> {
             && !self.in_jig(bin)
     }
 
-    /// The bin to take next: one in the jig, then one that is on the pallet but not in
-    /// its place, then the first at the end of the belt.
+    /// The bin to pick next: one in the jig, then one outside of its place, then the first at
+    /// the end of the belt.
     pub(super) fn next_bin(&self) -> Option<usize> {
         let loose = || {
             self.present()
                 .filter(|(_, bin)| self.slot_of(bin).is_none())
         };
+        // The jig first: it has room for one bin, and the next one to be turned needs it.
         let jig = loose().find(|(_, bin)| self.in_jig(bin));
         let stray = || {
             loose()
@@ -172,15 +174,15 @@ impl<'a> View<'a> {
         jig.or_else(stray).or_else(belt).map(|(bin, _)| bin)
     }
 
-    /// A bin waits at the end of the belt; pushed further against the stop it would
-    /// jam, and be too near to the arm.
+    /// Whether a bin waits at the end of the belt. Pushed on against the stop it would jam, and
+    /// be too near to the arm.
     pub(super) fn bin_waits(&self) -> bool {
         let end = self.setup.task.belt_stop_y_m;
         let mut free = self.free();
         free.any(|(_, bin)| self.on_belt(&bin) && bin.pose.translation.y < end)
     }
 
-    /// The next bin is asked for when the last one has left the belt.
+    /// Whether to request the next bin: the last one has left the belt.
     pub(super) fn wants_bin(&self) -> bool {
         let mut free = self.free();
         let waits = free.any(|(_, bin)| self.slot_of(&bin).is_none() && self.on_belt(&bin));

@@ -1,4 +1,4 @@
-//! What the job is about, worked out once from the cell file.
+//! The job, prepared once from the cell file.
 
 use std::sync::Arc;
 
@@ -17,8 +17,8 @@ use super::numbers::PalletizeTask;
 use super::steps::Sequence;
 use super::table;
 
-/// Bits of [`ipc_types::ArmGoal::obstacle_mask`] of fixtures that keep the arm away
-/// from places only part of the time.
+/// Bits of [`ipc_types::ArmGoal::obstacle_mask`] of the fixtures that keep the arm away from
+/// places only part of the time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct ObstacleBits {
     /// Around the jig.
@@ -47,7 +47,7 @@ pub(super) struct PalletizeSetup {
     pub(super) task: PalletizeTask,
     /// All bins, in the order of the cell file.
     pub(super) bins: Vec<BinSpec>,
-    /// Bins that are to be on the pallet at the end.
+    /// Number of bins that have to be on the pallet at the end.
     pub(super) wanted: usize,
     /// Centres of the places in the order in which they are filled, with the
     /// bin's long side along y, world frame.
@@ -56,11 +56,11 @@ pub(super) struct PalletizeSetup {
     pub(super) home: Isometry3<f64>,
     /// Joint positions there (rad).
     pub(super) home_joints: [f64; MAX_JOINTS],
-    /// The tool where it lets go of a bin to be turned, world frame.
+    /// Pose of the tool where it releases a bin to be turned, world frame.
     pub(super) jig: Isometry3<f64>,
     /// Obstacles that do not always count.
     pub(super) obstacles: ObstacleBits,
-    /// The rows.
+    /// The machine.
     pub(super) table: Arc<Table>,
     sequences: [Sequence; 6],
 }
@@ -69,7 +69,7 @@ impl PalletizeSetup {
     /// The job of `cell`.
     ///
     /// # Errors
-    /// [`SetupError`] with what is missing or too much.
+    /// Returns a [`SetupError`] that names what is missing or too much.
     pub(super) fn new(task: &PalletizeTask, cell: &Cell) -> Result<Self, SetupError> {
         let arm = suction_arm(cell)?;
         let supply = cell.conveyor.as_ref().and_then(|c| c.supply.as_ref());
@@ -77,6 +77,7 @@ impl PalletizeSetup {
         let bins = bins(cell, kind);
         let slots = slots(task);
         let wanted = cell.bins.min(bins.len());
+        // More bins than places: the job could not end.
         if wanted == 0 || wanted > slots.len() {
             let places = slots.len();
             return Err(SetupError::new(
@@ -87,6 +88,7 @@ impl PalletizeSetup {
                 ),
             ));
         }
+        // From the joints, not from a pose in the file: the two could contradict each other.
         let positions = arm.robot.with_arm_positions(&arm.home);
         let tool = arm.robot.frame_pose(arm.robot.tcp_frame, &positions);
         Ok(Self {
@@ -125,7 +127,7 @@ impl PalletizeSetup {
     }
 }
 
-/// As a message has them: with zeros for the joints that the arm does not have (rad).
+/// `positions` as a message has them: with zeros for joints that the arm does not have (rad).
 pub(super) fn joints(positions: &[f64]) -> [f64; MAX_JOINTS] {
     let mut all = [0.0; MAX_JOINTS];
     for (joint, position) in all.iter_mut().zip(positions) {
@@ -153,7 +155,7 @@ fn bins(cell: &Cell, kind: &str) -> Vec<BinSpec> {
 }
 
 fn slots(task: &PalletizeTask) -> Vec<Isometry3<f64>> {
-    // Long sides are along y.
+    // A quarter turn about z: the long sides of bins on the pallet are along y.
     let h = std::f64::consts::FRAC_1_SQRT_2;
     let turn = UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(h, 0.0, 0.0, h));
     let row = |x: f64| {
@@ -165,6 +167,8 @@ fn slots(task: &PalletizeTask) -> Vec<Isometry3<f64>> {
 }
 
 fn obstacles(cell: &Cell) -> Result<ObstacleBits, SetupError> {
+    // Fixtures are found by name, so a missing one is refused: its bit would be zero and the
+    // arm would pass through its place without notice.
     let bit = |name: &str| match obstacle_bits(cell, |known| known == name) {
         0 => Err(SetupError::new(
             cell,
@@ -184,6 +188,7 @@ fn behaviour(task: &PalletizeTask, cell: &Cell) -> Result<Table, SetupError> {
     let text = behaviour_text(cell, file)?;
     let table = Definition::load(&cell.name_of(file), &text, &table::vocabulary())
         .map_err(|problems| SetupError::in_file(problems.to_string()))?;
+    // States may be added in the file, but these are the ones that the policy acts on.
     let mut needed = table::State::NAMES.iter();
     match needed.find(|name| table.state(name).is_none()) {
         Some(name) => Err(SetupError::new(

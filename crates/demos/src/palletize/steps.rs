@@ -1,4 +1,4 @@
-//! What is done with a bin, step by step, as the cell file lists it.
+//! The steps of the work on a bin, as the cell file lists them.
 
 use cell_model::{Checker, ModelError, suggest};
 use ipc_types::GripperGoal;
@@ -14,16 +14,17 @@ pub(super) struct Step {
     pub(super) table: StepTable,
 }
 
-/// Steps from the first to the last.
+/// A sequence of steps.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Sequence {
     steps: Vec<Step>,
-    /// The bin is on the cup at the start.
+    /// Whether the bin is on the cup at the start.
     carries: bool,
 }
 
 impl Sequence {
-    /// Those of `kind`; steps that `task` does not have are left out.
+    /// The sequence of `kind`; steps that `task` does not have are left out (`check` refuses
+    /// them).
     pub(super) fn new(task: &PalletizeTask, kind: WorkKind) -> Self {
         let (_, names) = listed(&task.sequences, kind);
         let step = |name: &String| {
@@ -37,20 +38,22 @@ impl Sequence {
         }
     }
 
-    /// The step at `at`; `None` behind the last.
+    /// The step at index `at`; `None` after the last.
     pub(super) fn step(&self, at: usize) -> Option<&Step> {
         self.steps.get(at)
     }
 
-    /// Whether the bin has to be on the cup at the step `at`: suction was switched on
-    /// before, and not off up to it.
+    /// Whether the bin has to be on the cup in the step `at`: suction was switched on before,
+    /// and not off since.
     pub(super) fn holds(&self, at: usize) -> bool {
+        // The step that releases the bin does not hold it any more, or a quick release would be
+        // a loss.
         let releases = self.suction(at) == Some(Suction::Off);
         let before = (0..at).rev().find_map(|step| self.suction(step));
         !releases && before.map_or(self.carries, |suction| suction == Suction::On)
     }
 
-    /// What the gripper is told at the step `at`.
+    /// The gripper's goal in the step `at`.
     pub(super) fn gripper(&self, at: usize) -> GripperGoal {
         if self.holds(at) || self.suction(at) == Some(Suction::On) {
             GripperGoal::Close
@@ -76,8 +79,8 @@ fn listed(table: &SequenceTable, kind: WorkKind) -> (&'static str, &[String]) {
     }
 }
 
-/// Refuses steps that never end or that are not there, and sequences that do not
-/// take the bin, or do not let it go.
+/// Refuses steps that are missing or have no end, and sequences that do not pick the bin, or do
+/// not release it.
 pub(super) fn check(task: &PalletizeTask, at: &Checker<'_>) -> Result<(), ModelError> {
     for (name, step) in &task.steps {
         if step.go.is_none() && step.wait_s.is_none() && step.suction.is_none() {
@@ -97,6 +100,8 @@ pub(super) fn check(task: &PalletizeTask, at: &Checker<'_>) -> Result<(), ModelE
                 return Err(at.refuse(&format!("{key}.{index}"), format!("'{name}'"), allowed));
             }
         }
+        // After a pick the bin must be on the cup and after any other sequence it must not: the
+        // table relies on it.
         let carries = Sequence::new(task, kind).holds(names.len());
         if carries != kind.picks() {
             let (is, allowed) = if carries {

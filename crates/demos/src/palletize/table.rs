@@ -1,4 +1,4 @@
-//! The names of the machine's file, and what they mean here.
+//! The names of the machine's file, and their meaning in this job.
 
 use behavior::machine::{Actions, CallbackId, Event, Fault, GuardId, Vocabulary};
 use robocell_skills::{Named, named};
@@ -6,7 +6,7 @@ use robocell_skills::{Named, named};
 named! {
     /// States of the job; the file has to have them.
     pub(super) enum State {
-        /// Nothing at hand.
+        /// Nothing in progress.
         Idle = "idle",
         /// Taking a bin.
         Picking = "picking",
@@ -20,25 +20,25 @@ named! {
 }
 
 named! {
-    /// What the policy fires.
+    /// The triggers that the policy fires.
     pub(super) enum Trigger {
-        /// There is a bin to take.
+        /// A bin can be picked.
         GoPick = "go_pick",
-        /// It is on the cup.
+        /// The bin is on the cup.
         PickDone = "pick_done",
-        /// It is in the jig.
+        /// The bin is in the jig.
         FlipDone = "flip_done",
-        /// It was let go on the pallet.
+        /// The bin was released on the pallet.
         PlaceDone = "place_done",
-        /// It is not on the cup any more, or could not be gripped.
+        /// The bin is no longer on the cup, or could not be gripped.
         Lost = "lost",
-        /// All are placed, and nothing is at hand.
+        /// All bins are placed, and nothing is in progress.
         AllPlaced = "all_placed",
     }
 }
 
 named! {
-    /// What rows may ask.
+    /// The guards that rows may use.
     pub(super) enum Guard {
         /// The bin on the cup is upside down.
         NeedsFlip = "needs_flip",
@@ -47,7 +47,7 @@ named! {
     }
 }
 
-/// Names a file may use.
+/// The names that a file may use.
 pub(super) fn vocabulary() -> Vocabulary<'static> {
     Vocabulary {
         triggers: Trigger::NAMES,
@@ -56,7 +56,7 @@ pub(super) fn vocabulary() -> Vocabulary<'static> {
     }
 }
 
-/// What guards are answered from.
+/// The facts from which guards are answered.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Facts {
     /// The bin on the cup is upside down.

@@ -1,4 +1,4 @@
-//! What is seen of the cubes, and where one is placed.
+//! The observed cubes, and the places for them.
 
 use behavior::value::Set;
 use nalgebra::Vector3;
@@ -8,16 +8,16 @@ use robocell_task::job::Placement;
 
 use super::setup::Pyramid;
 
-/// Two cubes of one layer with centres nearer than this many cube edges leave
-/// no room for fingers between them.
+/// Two cubes of one layer whose centres are nearer than this many cube edges leave no room for
+/// fingers between them.
 const CROWDED_EDGES: f64 = 1.6;
 /// A place with no cube nearer than this many cube edges is clear.
 const CLEAR_EDGES: f64 = 2.2;
-/// A cube nearer to a TCP than the start of a pick-up and this many cube edges
-/// may be about to be taken.
+/// A cube nearer to a TCP than the start of a pick-up and this many cube edges may be about to
+/// be gripped.
 const AT_GRIPPER_EDGES: f64 = 0.4;
-/// Where to look for a clear place, seen from the stack (cube edges): in the
-/// direction in which the fingers close there has to be more room than across it.
+/// Candidates for a clear place, relative to the stack (cube edges): there has to be more room
+/// in the direction in which the fingers close than across it.
 const BESIDE_EDGES: [[f64; 2]; 8] = [
     [2.8, 0.0],
     [0.0, -2.4],
@@ -28,7 +28,7 @@ const BESIDE_EDGES: [[f64; 2]; 8] = [
     [-2.4, -2.4],
     [-2.4, 2.4],
 ];
-/// Nearer to its base the arm folds up and gets stuck (m).
+/// Nearer to its base than this the arm folds up and gets stuck (m).
 const TOO_NEAR_M: f64 = 0.32;
 
 /// The cell as one arm sees it in one decision.
@@ -38,12 +38,12 @@ pub(super) struct Look<'a, 'w> {
     pub(super) world: &'a World<'w>,
 }
 
-/// Where a cube is to be placed.
+/// Where a cube will be placed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Goal {
     /// Its centre, and the turn of the arm's tool (rad).
     pub(super) place: Placement,
-    /// It is put out of the way.
+    /// Whether it is put out of the way.
     pub(super) aside: bool,
 }
 
@@ -52,38 +52,38 @@ impl Look<'_, '_> {
         self.job.task.layer_height_m
     }
 
-    /// Cubes other than `but` that are seen, with their centres (m).
+    /// Observed cubes other than `but`, with their centres (m).
     fn others(&self, but: usize) -> impl Iterator<Item = (usize, Vector3<f64>)> {
         let others = self.job.cubes.iter().filter(move |cube| **cube != but);
         others.filter_map(|cube| Some((*cube, self.world.position(*cube)?)))
     }
 
-    /// The two ways around a cube.
+    /// The two grasps across a cube.
     pub(super) fn ways(&self, cube: usize) -> Option<Ways> {
         let seen = self.world.placement(cube)?;
         let yaw = self.goal(cube, 0)?.yaw;
         Some(Ways::around(cube, seen, yaw, self.world))
     }
 
-    /// Whether fingers meet no neighbours on one way around a cube.
+    /// Whether fingers meet no neighbours in one of the grasps of a cube.
     pub(super) fn is_free_around(&self, cube: usize) -> bool {
         self.ways(cube).is_some_and(|ways| ways.is_free())
     }
 
-    /// Whether the gripper of another arm is at a point (m): an arm that stopped in
-    /// the middle of a pick-up may still close it.
+    /// Whether the gripper of another arm is at a point (m): an arm that stopped in the middle
+    /// of a pick-up may still close it.
     pub(super) fn is_at_another_gripper(&self, point: Vector3<f64>) -> bool {
         let near = self.job.task.approach_m + AT_GRIPPER_EDGES * self.edge();
         self.world.is_another_near(point, near)
     }
 
-    /// Where a cube is in a layer of the arm's stack.
+    /// The pose of a cube in a layer of the arm's stack.
     pub(super) fn goal(&self, cube: usize, layer: usize) -> Option<Placement> {
         self.world.setup.goal(cube, self.world.arm, layer)
     }
 
-    /// Whether a cube that is not part of `stack` is where the arm's stack is built,
-    /// or so near that the fingers would meet it.
+    /// Whether a cube that is not part of `stack` is at the place of the arm's stack, or so
+    /// near that the fingers would meet it.
     pub(super) fn is_in_the_way(&self, stack: Set, cube: usize) -> bool {
         let (Some(position), Some(goal)) = (self.world.position(cube), self.goal(cube, 0)) else {
             return false;
@@ -91,11 +91,11 @@ impl Look<'_, '_> {
         let off = position - Vector3::from(goal.position);
         !stack.contains(self.job.item(cube))
             && off.xy().norm() < CROWDED_EDGES * self.edge()
+            // A cube in a gripper is on its way, and will not stay there.
             && !self.world.is_held(cube)
     }
 
-    /// The cubes of `among` that are in the arm's stack, from the table up without a
-    /// gap.
+    /// The cubes of `among` in the arm's stack, from the table up without a gap.
     pub(super) fn stack(&self, among: Set) -> Set {
         let (arm, tolerance) = (self.world.arm, self.job.task.goal_tolerance_m);
         let in_layer = |layer| {
@@ -106,12 +106,13 @@ impl Look<'_, '_> {
             found.map(|(item, _)| item)
         };
         (0..self.job.cubes.len())
+            // Ends at the first gap: a cube above it does not rest on the stack.
             .map_while(in_layer)
             .fold(Set::default(), Set::with)
     }
 
-    /// The goal of `cube`: onto the arm's `stack`, or, while other cubes are in the
-    /// way of that, to a clear place beside it.
+    /// The goal of `cube`: onto the arm's `stack`, or, while other cubes are in the way of
+    /// that, a clear place beside it.
     pub(super) fn goal_of(&self, stack: Set, cube: usize) -> Option<Goal> {
         let on_stack = Goal {
             place: self.goal(cube, stack.len() as usize)?,
@@ -126,7 +127,7 @@ impl Look<'_, '_> {
             let [x, y, z] = table.position;
             Vector3::new(x + dx * self.edge(), y + dy * self.edge(), z)
         };
-        // Best where other arms reach the cube, too: they may need it.
+        // A place that other arms reach, too, is preferred: they may need the cube.
         let places = || {
             BESIDE_EDGES
                 .iter()
@@ -136,6 +137,8 @@ impl Look<'_, '_> {
         let place = places()
             .find(|place| self.world.is_reached_by_another(*place))
             .or_else(|| places().next());
+        // Without a clear place the cube goes onto the stack after all; keeping it would stop
+        // both arms.
         Some(place.map_or(on_stack, |place| Goal {
             place: Placement {
                 position: place.into(),
@@ -145,7 +148,7 @@ impl Look<'_, '_> {
         }))
     }
 
-    /// Whether a place on the table is within reach and no cube is near it.
+    /// Whether a place on the table is within reach and without a cube near it.
     fn is_clear(&self, place: Vector3<f64>, but: usize) -> bool {
         let room = CLEAR_EDGES * self.edge();
         let base = self.world.arm_setup().map_or(place, |arm| arm.base);

@@ -1,14 +1,13 @@
-//! Two arms take a pyramid of cubes apart, each after one behaviour tree that is
-//! written in a file: one file, an instance for each arm.
+//! Two arms take a pyramid of cubes apart, each with a behaviour tree from a file: one file, an
+//! instance for each arm.
 //!
-//! The trees share a blackboard. A cube is reserved by one arm at a time, and one
-//! arm at a time owns the centre, where the pyramid is. What an arm believes about
-//! its stack is compared with what is seen whenever it matters, so no cube is
-//! counted twice and none is lost without being noticed.
+//! The trees share a blackboard. A cube is reserved by one arm at a time, and the centre, where
+//! the pyramid is, is owned by one arm at a time. The state of a stack on the blackboard is
+//! compared with the observation whenever it matters, so no cube is counted twice and none is
+//! lost without notice.
 //!
-//! Motions, grips, zones, reservations and the policy are those of
-//! `robocell_skills`; here is which cube is next, and where it is
-//! placed.
+//! Motions, grips, zones, reservations and the policy are those of `robocell_skills`; this
+//! module chooses the next cube and its place.
 
 mod look;
 mod nodes;
@@ -34,7 +33,7 @@ pub use setup::Pyramid;
 
 use numbers::PyramidTask;
 
-/// The demo from whose cell a tree in a file takes the cubes and arms it names.
+/// The demo whose cubes and arms the names in a tree file refer to.
 const DEMO: &str = "franka-pyramid";
 
 /// Names on the blackboards of the trees.
@@ -59,14 +58,15 @@ pub fn kind() -> Kind<PyramidTask> {
 /// The trees of `cell`, read from the files it names.
 ///
 /// # Errors
-/// [`SetupError`] for a cell that does not make a pyramid, and with everything that
-/// is wrong in a file.
+/// Returns a [`SetupError`] for a cell that cannot make a pyramid, and one with all errors of a
+/// file.
 pub fn policy(task: &PyramidTask, cell: &Cell) -> Result<TreePolicy, SetupError> {
     let pyramid = Arc::new(Pyramid::new(task, cell)?);
     let mut job = TreeJob::new(Arc::clone(&pyramid.setup));
     job.library = library(&pyramid);
     let required = Value::Integer(i64::from(task.required_count));
     job.constants = BTreeMap::from([("required_count".to_owned(), required)]);
+    // Once: both trees end with their stack, and would start again with an empty one otherwise.
     job.once = true;
     let seen = Arc::clone(&pyramid);
     job.is_still_done = Some(Box::new(move |world| seen.has_whole_stack(world)));
@@ -79,8 +79,8 @@ pub fn policy(task: &PyramidTask, cell: &Cell) -> Result<TreePolicy, SetupError>
     job.policy(cell, &sources.collect::<Vec<_>>())
 }
 
-/// The skills and the node types of this demo. Each is also known by its name in
-/// older files.
+/// The skills and the node types of this demo. Each type is also known by its name in older
+/// files.
 fn library(job: &Arc<Pyramid>) -> Library<Station> {
     let skills = with_work(skills(&job.setup), &job.setup, KEYS);
     nodes::add(skills, job)

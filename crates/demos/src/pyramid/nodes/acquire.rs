@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 use crate::pyramid::notes::Notes;
 use crate::pyramid::setup::Pyramid;
 
-/// An arm is where it waits when it is as near as this (m).
+/// An arm nearer than this to its rest pose is at rest (m).
 const WAITS_M: f64 = 0.05;
 /// And turned by less than this (rad).
 const WAITS_RAD: f64 = 0.5;
@@ -34,9 +34,9 @@ struct State {
     step: Step,
     turn: Turn,
     waiting: Alarm,
-    /// The cube whose pose was not known at the last attempt.
+    /// The cube whose pose was unknown at the last attempt.
     unseen: Option<usize>,
-    /// The cube that was reserved last, kept from one pick-up to the next.
+    /// The cube that was reserved last; kept from one pick-up to the next.
     last: Option<usize>,
 }
 
@@ -65,8 +65,9 @@ impl AcquireCube {
         Ok(Self { warning, notes })
     }
 
-    /// The cube that is the arm's already: in its gripper, or reserved before.
+    /// The cube that the arm already has: in its gripper, or reserved before.
     fn own(&self, cx: &Context<'_, '_>) -> Result<Option<usize>, Fault> {
+        // The gripper first: a held cube has to be placed before another one can be picked.
         if let Some(held) = cx.world.held()
             && self.notes.owner(cx, held)? != Owner::Other
         {
@@ -83,10 +84,9 @@ impl AcquireCube {
         Ok(matches!(owner, Owner::Reserved | Owner::Carried))
     }
 
-    /// The next cube: one that is in the way of the stack first, then those the
-    /// fingers get around (of those they do not, another than the last), then those
-    /// that only this arm reaches, then by the order. In a pyramid that was not
-    /// disturbed the order alone decides.
+    /// The next cube: first one in the way of the stack, then those with room for the fingers
+    /// (of the others, not the last one again), then those that only this arm reaches, then by
+    /// the order. In an undisturbed pyramid the order alone decides.
     fn next(
         &self,
         state: &State,
@@ -100,7 +100,8 @@ impl AcquireCube {
                 continue;
             }
             let Some(position) = cx.world.position(*cube) else {
-                // Its turn has come, and it cannot be seen.
+                // This cube is next in the order, but it is not observed: the caller reports
+                // it.
                 return Ok(Some(best.map_or(*cube, |(_, cube)| cube)));
             };
             let ready = cx.world.reaches(position)
@@ -108,6 +109,8 @@ impl AcquireCube {
                 && !cx.world.is_held(*cube)
                 && !look.is_at_another_gripper(position);
             let crowded = !look.is_free_around(*cube);
+            // Compared as an array, first to last: `false` is better, so the order of the
+            // entries is the order of the rules.
             let worse = [
                 !look.is_in_the_way(stack, *cube),
                 crowded,
