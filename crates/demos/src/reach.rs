@@ -1,4 +1,4 @@
-//! Following the operator: the arm goes where the panel's target is.
+//! Following the operator: the arm moves to the target of the panel.
 
 use cell_model::{Cell, Checker, ModelError};
 use ipc_types::Text;
@@ -40,8 +40,8 @@ pub fn kind() -> Kind<ReachTask> {
     })
 }
 
-/// Follows panel targets and gripper requests always, paused or not. Until the
-/// first one the first arm goes to the target of the cell file.
+/// Follows panel targets and gripper requests at all times, paused or not. Until the first
+/// request the first arm moves to the target of the cell file.
 struct Follow {
     task: ReachTask,
     setup: Setup,
@@ -62,9 +62,12 @@ impl Policy for Follow {
         for arm in 0..self.setup.arms.len() {
             let mut world = World::new(&self.setup, observation, job, out, arm);
             FollowOperator.step(&mut Progress::default(), &mut world);
+            // `target_seq` 0: no operator has set a target yet.
             let waits = arm == 0 && observation.panel().target_seq == 0;
             let position = self.task.position_m.filter(|_| waits);
             if let Some((position, tcp)) = position.zip(world.tcp()) {
+                // The orientation of the first decision is kept; that of the moving tool would
+                // follow itself.
                 let found = *first.get_or_insert(tcp.orientation_wxyz);
                 let orientation_wxyz = self.task.orientation_wxyz.unwrap_or(found);
                 let target = Pose {
@@ -80,6 +83,6 @@ impl Policy for Follow {
         true
     }
 
-    /// The panel says it all.
+    /// The panel has the whole state: levels, not events (ADR 0001), so nothing can be missed.
     fn reconcile(&self, _: &mut Self::Memory, _: &Observation<'_>, _: &mut Job, _: &mut Output) {}
 }

@@ -161,8 +161,8 @@ impl Palletizer {
         let name = view.setup.name(work.bin);
         let trigger = if work.kind.picks() {
             let word = if facts.needs_flip { "flip" } else { "no flip" };
-            // A successful pick ends the count of failures, which is in a row.
             out.log(format_args!("<{word}> {name}"));
+            // A successful pick ends the count of failures, which is in a row.
             if let Some(attempts) = attempts(work, view, job) {
                 attempts.pick = 0;
             }
@@ -229,8 +229,8 @@ impl Palletizer {
         let name = view.setup.name(work.bin);
         out.event(TraceEvent::Recover, format_args!("[missed] {name}: {step}"));
         job.counters.recoveries += 1;
-        // A gripper that does not open stays closed in another attempt, too.
         let again = count_failure(work, view, job) < view.setup.task.max_attempts;
+        // A gripper that does not open stays closed in another attempt, too.
         if !again || failure == Failure::GripperBlocked {
             job.fail(failure.reason());
         // The bin is still on the cup: it is carried over the rest pose instead, another way to

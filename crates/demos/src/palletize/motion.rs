@@ -16,8 +16,7 @@ use crate::failure::Failure;
 
 /// Suction that has not released after this is blocked (s).
 const RELEASE_TIMEOUT_S: f64 = 5.0;
-/// Suction is given this long at least (s): the bin is still in contact in the first tick after
-/// release.
+/// Suction is given this long at least before the next motion starts (s).
 const RELEASE_S: f64 = 0.05;
 /// Tolerance for the target of a lift (m): it stays `lead_m` ahead of the tool, so its height
 /// decides and not the distance.
@@ -49,7 +48,8 @@ pub(super) fn waypoint(view: &View<'_>, work: &Work, go: &GoTable) -> Option<Way
             target
         }
         Target::Up { by_m, lead_m } => {
-            // Never below what was reached, so the target of a lift does not go back down.
+            // `lead_m` ahead of the tool, up to the whole lift: far from its target the arm turns
+            // its tool freely, and the bin would swing.
             let lifted = view.tool.translation.z - base.translation.z;
             with(Vector3::z() * (lifted.max(0.0) + lead_m).min(by_m))
         }

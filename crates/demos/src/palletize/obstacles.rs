@@ -1,6 +1,5 @@
 //! The obstacles that count: some keep the arm away from a place only while it has nothing to
 //! do there.
-//! to go there.
 
 use nalgebra::{Vector2, Vector3};
 

@@ -59,7 +59,7 @@ impl Palletizer {
         };
         let path = &mut self.memory.path;
         match wanted {
-            // An arm under way only gets a new aim: a new path would start from standstill.
+            // An arm under way only gets a new aim: a new path would start at the tool again.
             Some(waypoint) if path.is_moving() => path.aim(waypoint),
             Some(waypoint) => path.go(waypoint, &pose::wire(&view.tool), view.now),
             None => {}

@@ -1,5 +1,5 @@
-//! What an arm writes down on the blackboards: which cube it works at, the seven
-//! poses of its transfer, and which cubes are in its stack.
+//! The notes of an arm on the blackboards: its cube, the seven poses of its transfer, and the
+//! cubes in its stack.
 
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ use super::KEYS;
 use super::look::{Goal, Look};
 use super::setup::Pyramid;
 
-/// Local: the targets, poses of the TCP, the last one of the cube.
+/// Local keys: six poses of the TCP, and the goal of the cube.
 pub(super) const TARGETS: [&str; 7] = [
     "approach",
     "grasp",
@@ -28,10 +28,10 @@ pub(super) const TARGETS: [&str; 7] = [
     "object_goal",
 ];
 
-/// A pose as the blackboard keeps it: position (m) and quaternion w x y z.
+/// A pose as the blackboard stores it: position (m) and quaternion w x y z.
 pub(super) type Numbers = [f64; 7];
 
-/// A node's access to all keys of its tree, and to the job.
+/// Access of a node to all keys of its tree, and to the job.
 pub(super) struct Notes {
     job: Arc<Pyramid>,
     pub(super) me: Str,
@@ -46,7 +46,7 @@ pub(super) struct Notes {
     complete: Out<bool>,
 }
 
-/// A key of the tree's own blackboard, declared here unless the file did.
+/// A key of the tree's own blackboard, declared here unless the file declares it.
 #[allow(clippy::result_large_err, reason = "happens at load, once")]
 pub(super) fn local<T: Plain>(
     binder: &mut Binder<'_>,
@@ -56,7 +56,7 @@ pub(super) fn local<T: Plain>(
     binder.writes(Scope::Local, key, default, Access::Write)
 }
 
-/// The shared key that says that the stack of `robot` is complete.
+/// Name of the shared key for the complete stack of `robot`.
 pub(super) fn complete_key(robot: Str) -> String {
     format!("stack_complete:{robot}")
 }
@@ -95,7 +95,7 @@ impl Notes {
         }
     }
 
-    /// The cube the tree works at.
+    /// The cube on which the tree works.
     pub(super) fn current(&self, cx: &Context<'_, '_>) -> Result<Option<usize>, Fault> {
         let name = cx.read(&self.current)?;
         Ok(cx.world.setup.object(name.as_str()))
@@ -110,7 +110,7 @@ impl Notes {
         cx.set(&self.current, Str::new(name).unwrap_or_default())
     }
 
-    /// Whose an object is; what is no cube is another's.
+    /// The owner of an object; an object that is not a cube belongs to another.
     pub(super) fn owner(&self, cx: &Context<'_, '_>, object: usize) -> Result<Owner, Fault> {
         if self.job.cubes.contains(&object) {
             self.owners.owner(cx, object)
@@ -128,7 +128,7 @@ impl Notes {
         self.owners.set(cx, cube, owner)
     }
 
-    /// The object in the arm's gripper that is another arm's; it has to be let go of
+    /// The object in the arm's gripper that belongs to another arm: it has to be released
     /// first.
     pub(super) fn held_of_another(&self, cx: &Context<'_, '_>) -> Result<Option<usize>, Fault> {
         match cx.world.held() {
@@ -137,12 +137,12 @@ impl Notes {
         }
     }
 
-    /// The arm's stack as it was compared last.
+    /// The arm's stack at the last comparison.
     pub(super) fn stack(&self, cx: &Context<'_, '_>) -> Result<Set, Fault> {
         cx.read(&self.placed)
     }
 
-    /// Adds a cube to the arm's stack; once more changes nothing.
+    /// Adds a cube to the arm's stack. Adding it again changes nothing.
     pub(super) fn add_to_stack(&self, cx: &mut Context<'_, '_>, cube: usize) -> Result<Set, Fault> {
         let stack = self.stack(cx)?.with(self.job.item(cube));
         cx.set(&self.placed, stack)?;
@@ -150,12 +150,13 @@ impl Notes {
         Ok(stack)
     }
 
-    /// Compares the arm's stack with what is seen: cubes that left it are available
-    /// again, available cubes that are in it are part of it. Gives the stack.
+    /// Compares the arm's stack with the observation and returns it: cubes that left it become
+    /// available, available cubes in it become part of it.
     pub(super) fn compare(&self, cx: &mut Context<'_, '_>) -> Result<Set, Fault> {
         let before = self.stack(cx)?;
         let mut among = Set::default();
         for (item, cube) in self.job.items() {
+            // Cubes that are reserved or carried pass over the stack; they are not part of it.
             if matches!(self.owner(cx, cube)?, Owner::Placed | Owner::Available) {
                 among = among.with(item);
             }
@@ -163,6 +164,7 @@ impl Notes {
         let seen = self.look(cx).stack(among);
         for (item, cube) in self.job.items() {
             let is = seen.contains(item);
+            // Only changes are written and logged: the comparison runs before every choice.
             if before.contains(item) == is {
                 continue;
             }
@@ -180,7 +182,7 @@ impl Notes {
         Ok(seen)
     }
 
-    /// Says whether the stack is complete.
+    /// Sets whether the stack is complete.
     pub(super) fn set_complete(
         &self,
         cx: &mut Context<'_, '_>,
@@ -189,8 +191,8 @@ impl Notes {
         cx.set(&self.complete, complete)
     }
 
-    /// Computes all targets for `cube` as it is seen. Nothing is written, and it
-    /// answers `None`, where that is impossible.
+    /// Computes all targets for `cube` from its observed pose. Returns `None` and writes
+    /// nothing if that is impossible.
     pub(super) fn aim(
         &self,
         cx: &mut Context<'_, '_>,
@@ -206,7 +208,7 @@ impl Notes {
             return Ok(None);
         };
         let task = &self.job.task;
-        // Where no way is free, every other recovery tries the other one.
+        // With neighbours on all sides every other recovery tries the other grasp.
         let yaw = ways.choose(!ways.is_free() && cx.world.job.counters.recoveries % 2 == 1);
         let tool = cx.world.tool();
         let down = |[x, y, z]: [f64; 3], above: f64, yaw: f64| Pose {
@@ -217,6 +219,7 @@ impl Notes {
         let pick = [
             down(at, task.approach_m, yaw),
             down(at, task.grasp_m, yaw),
+            // Never below the cube: a cube above the height of lifts is not pushed down.
             down(at, (task.lift_z_m - at[2]).max(0.0), yaw),
         ];
         let heights = [task.place_approach_m, task.place_m, task.retract_m];
@@ -229,8 +232,8 @@ impl Notes {
         Ok(Some(goal))
     }
 
-    /// Shifts and turns the poses of the place by how `cube` is in the gripper;
-    /// `false` where that is not seen.
+    /// Shifts and turns the poses of the place by the pose of `cube` in the gripper; `false` if
+    /// that is not observed.
     pub(super) fn calibrate(
         &self,
         cx: &mut Context<'_, '_>,
@@ -246,6 +249,7 @@ impl Notes {
         };
         let task = &self.job.task;
         let heights = [task.place_approach_m, task.place_m, task.retract_m];
+        // The three poses of the place only; those of the pick-up are past.
         for (key, above) in self.targets.iter().skip(3).zip(heights) {
             let mut pose = pose;
             pose.position[2] += above;
@@ -266,14 +270,14 @@ impl Notes {
         cx.set(&self.aside, goal.aside)
     }
 
-    /// The goal of the cube: its centre (m), and whether that is out of the way.
+    /// The goal of the cube: its centre (m), and whether it is put out of the way.
     pub(super) fn goal(&self, cx: &Context<'_, '_>) -> Result<(Vector3<f64>, bool), Fault> {
         let [.., key] = &self.targets;
         let [x, y, z, ..] = cx.read(key)?;
         Ok((Vector3::new(x, y, z), cx.read(&self.aside)?))
     }
 
-    /// Numbers of the cell file.
+    /// The settings of the cell file.
     pub(super) fn task(&self) -> &super::numbers::PyramidTask {
         &self.job.task
     }

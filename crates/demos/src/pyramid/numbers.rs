@@ -12,7 +12,7 @@ use crate::check::{MAX_STACK, fingers_grip, object_names, order, tool_gets_to, w
 
 /// Take a pyramid of cubes apart; every arm builds a stack of its own.
 ///
-/// Heights of the tool are those of the TCP, whose frame lies between the pads.
+/// Heights of the tool are those of the TCP, whose frame is between the pads.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PyramidTask {
@@ -37,8 +37,8 @@ pub struct PyramidTask {
     /// TCP above the cube's goal before it is lowered (m).
     #[schemars(range(min = 0.0, max = 1.0))]
     pub place_approach_m: f64,
-    /// TCP above the cube's goal when it is let go, before the place is
-    /// corrected by how the cube lies in the hand (m).
+    /// TCP above the cube's goal when it is released, before the place is corrected by the
+    /// cube's pose in the hand (m).
     #[schemars(range(min = -0.5, max = 0.5))]
     pub place_m: f64,
     /// TCP above the cube's goal after it was let go (m).
@@ -100,6 +100,7 @@ impl Settings for PyramidTask {
             within_reach(at, &goal, spec, arm.goal_m, self.reach_m)?;
             fingers_grip(at, cell, index.unwrap_or(0), &arm.order)?;
             let [x, y] = arm.goal_m;
+            // The lowest and the highest layer: those between are reached if both are.
             let layers = [0, self.required_count.saturating_sub(1)];
             let height = |layer: u32| self.base_height_m + self.layer_height_m * f64::from(layer);
             tool_gets_to(at, &goal, spec, layers.map(|layer| [x, y, height(layer)]))?;
@@ -109,6 +110,7 @@ impl Settings for PyramidTask {
             return Err(at.refuse("task", format!("silent about arm '{missing}'"), allowed));
         }
         let wanted = u64::from(self.required_count) * arms.len() as u64;
+        // Objects are shared by all arms, so the sum counts.
         if wanted > cell.objects.len() as u64 {
             let allowed = format!(
                 "{} arms need {wanted} objects, the cell has {}",
@@ -132,6 +134,7 @@ fn pyramid_arm(
     cell: &Cell,
 ) -> Result<(), ModelError> {
     order(at, &format!("{key}.order"), &arm.order, &object_names(cell))?;
+    // The name becomes a path below `cells/`: no separators, so no file outside of it is read.
     let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '_');
     let file = &arm.behaviour;
     let json = std::path::Path::new(file)
@@ -145,6 +148,7 @@ fn pyramid_arm(
         ));
     }
     let word = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
+    // The name becomes part of keys on the shared blackboard.
     if arm.board.is_empty() || arm.board.len() > 32 || !arm.board.chars().all(word) {
         return Err(at.refuse(
             &format!("{key}.board"),

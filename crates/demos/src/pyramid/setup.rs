@@ -1,4 +1,4 @@
-//! The numbers of the cell file in the form the nodes use.
+//! The settings of the cell file in the form that the nodes use.
 
 use std::sync::Arc;
 
@@ -12,28 +12,28 @@ use robocell_task::job::Placement;
 
 use super::numbers::{PyramidArm, PyramidTask};
 
-/// Share of the way from its base to its stack at which an arm waits.
+/// Share of the way from its base to its stack at which an arm rests.
 const WAIT_SHARE: f64 = 0.75;
-/// How far beside that, away from the other arms (m).
+/// Distance to the side of that, away from the other arms (m).
 const WAIT_ASIDE_M: f64 = 0.12;
-/// How far above the height to which cubes are lifted (m).
+/// Height above that to which cubes are lifted (m): an arm at rest is above a carried cube.
 const WAIT_ABOVE_M: f64 = 0.1;
 
-/// The job as the nodes see it. Cubes are objects of the cell by index.
+/// The job as the nodes see it. A cube is the index of an object of the cell.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pyramid {
     /// Numbers of the cell file.
     pub task: PyramidTask,
-    /// The cell. The place of the same index as an arm is the arm's stack.
+    /// The cell. The place with the index of an arm is the arm's stack.
     pub setup: Arc<Setup>,
-    /// The objects that any arm takes; a set of cubes has their places in this list.
+    /// The objects that any arm may take; a set of cubes holds indices in this list.
     pub cubes: Vec<usize>,
     /// By arm: cubes in the order in which it tries them.
     pub orders: Vec<Vec<usize>>,
 }
 
 impl Pyramid {
-    /// Whether the stack of the world's arm is seen to be complete.
+    /// Whether the observed stack of the world's arm is complete.
     pub(super) fn has_whole_stack(&self, world: &World<'_>) -> bool {
         let tolerance = self.task.goal_tolerance_m;
         let is_filled = |layer| {
@@ -43,11 +43,11 @@ impl Pyramid {
         (0..self.task.required_count as usize).all(is_filled)
     }
 
-    /// The job of `cell`, as its `[task]` table tells.
+    /// The job of `cell`, from its `[task]` table.
     ///
     /// # Errors
-    /// [`SetupError`] for an object that does not exist, an arm that nothing is said
-    /// about, and arms that take the same cubes and cannot tell each other.
+    /// Returns a [`SetupError`] for an object that does not exist, for an arm without an entry,
+    /// and for arms that take the same cubes without a common blackboard.
     pub fn new(task: &PyramidTask, cell: &Cell) -> Result<Self, SetupError> {
         let mut setup = Setup::new(cell, []);
         let mut parts: Vec<(&str, &PyramidArm)> = Vec::new();
@@ -60,6 +60,8 @@ impl Pyramid {
             let order = part.order.iter().map(|cube| setup.need_object(cell, cube));
             let order = order.collect::<Result<Vec<_>, _>>()?;
             let mut others = parts.iter().zip(&orders);
+            // Without a common blackboard two arms cannot reserve a cube from each other and
+            // would both grip it.
             let clash = others.find(|((_, other), cubes)| {
                 other.board != part.board && order.iter().any(|cube| cubes.contains(cube))
             });
@@ -81,6 +83,7 @@ impl Pyramid {
             .map(|part| stack(task, part, cubes.len()))
             .collect();
         for (index, arm) in setup.arms.iter_mut().enumerate() {
+            // Reach and tool of the task replace the defaults of the setup.
             arm.reach_m = task.reach_m;
             arm.tool = Tool::Fingers {
                 open_width_m: task.open_width_m,
@@ -104,19 +107,19 @@ impl Pyramid {
         })
     }
 
-    /// The cubes, each with its number in sets of cubes.
+    /// The cubes, each with its index in sets of cubes.
     pub(super) fn items(&self) -> impl Iterator<Item = (u32, usize)> {
         (0..).zip(self.cubes.iter().copied())
     }
 
-    /// A cube's number in sets of cubes.
+    /// A cube's index in sets of cubes.
     pub(super) fn item(&self, cube: usize) -> u32 {
         let found = self.items().find(|(_, known)| *known == cube);
         found.map_or(u32::MAX, |(item, _)| item)
     }
 }
 
-/// The place of the stack of an arm.
+/// The place of an arm's stack.
 fn stack(task: &PyramidTask, part: &PyramidArm, cubes: usize) -> PlaceSetup {
     let [x, y] = part.goal_m;
     let bottom = task.base_height_m - 0.5 * task.layer_height_m;
@@ -130,7 +133,7 @@ fn stack(task: &PyramidTask, part: &PyramidArm, cubes: usize) -> PlaceSetup {
     }
 }
 
-/// Where an arm is out of the way of the others: back from its stack, on the side
+/// The rest position of an arm, out of the way of the others: back from its stack, on the side
 /// away from theirs (m).
 fn wait(base: Vector2<f64>, part: &PyramidArm, all: &[&PyramidArm]) -> Vector2<f64> {
     let goal = Vector2::from(part.goal_m);
@@ -138,6 +141,8 @@ fn wait(base: Vector2<f64>, part: &PyramidArm, all: &[&PyramidArm]) -> Vector2<f
         .iter()
         .map(|other| goal - Vector2::from(other.goal_m))
         .sum();
+    // Arms with the same goal have no side away from each other; they rest between base and
+    // stack.
     let away = away.try_normalize(1.0e-6).unwrap_or_default();
     base + (goal - base) * WAIT_SHARE + away * WAIT_ASIDE_M
 }

@@ -1,5 +1,5 @@
-//! What the stacking policies in plain code have in common: their memory is one
-//! transfer, and their picture is the ring of phases with the edges that leave it.
+//! The common part of the stacking policies in plain code: their memory is one transfer, and
+//! their graph is the ring of phases with the edges that leave it.
 
 use behavior::Graph;
 use robocell_task::{Job, Observation, Output, Policy, ring};
@@ -9,15 +9,14 @@ use super::setup::StackSetup;
 use super::transfer::Transfer;
 use super::turn::Turn;
 
-/// One decision: brings the transfer to where it is after it, `None` between two,
-/// and tells the arm what to do.
+/// One decision: updates the transfer (`None` between two of them) and commands the arm.
 pub type Decide = fn(&mut Option<Transfer>, &mut Turn<'_>);
 
 /// A stacking policy in plain code.
 pub struct InCode {
-    /// The numbers.
+    /// The settings.
     pub setup: StackSetup,
-    /// What makes one policy another than the next.
+    /// The decision function, in which the policies differ.
     pub decide: Decide,
 }
 
@@ -49,8 +48,7 @@ impl Policy for InCode {
         &NAMES
     }
 
-    /// The ring with what leads from one phase to the next, and the edges that leave
-    /// it.
+    /// The ring with the conditions of its edges, and the edges that leave it.
     fn describe(&self, name: &str) -> Graph {
         let idle = Phase::RING.len();
         let mut graph = ring::graph(name, &NAMES);

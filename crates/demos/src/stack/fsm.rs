@@ -1,5 +1,5 @@
-//! The library-free state machine: a ring of eight phases, and the edges that
-//! leave it. `edge` says which edge is taken, `take` what happens on it.
+//! The library-free state machine: a ring of eight phases, and the edges that leave it. `edge`
+//! chooses the edge, `take` carries it out.
 
 use ipc_types::GripperGoal;
 
@@ -10,11 +10,11 @@ use super::turn::Turn;
 /// An edge of the machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Edge {
-    /// The phase is over: to the next of the ring, or to the next cube.
+    /// The phase is over: to the next one of the ring, or to the next cube.
     Next(Leg),
     /// The held cube was lost: out of the ring.
     Drop,
-    /// The cube cannot be picked up any more: out of the ring.
+    /// The cube cannot be picked up any longer: out of the ring.
     Gone,
     /// The cube moved before it was gripped: back to the first phase.
     Resync,
@@ -33,8 +33,9 @@ pub fn decide(memory: &mut Option<Transfer>, turn: &mut Turn<'_>) {
     };
 }
 
-/// The edge that leaves the state now; the arm works on the phase meanwhile.
+/// The edge to take in this decision; `None` while the arm works on the phase.
 fn edge(state: &mut Transfer, turn: &mut Turn<'_>) -> Option<Edge> {
+    // Checks before the command: the arm must not move on with a cube that it lost.
     if state.dropped(turn) {
         return Some(Edge::Drop);
     }
@@ -51,19 +52,20 @@ fn edge(state: &mut Transfer, turn: &mut Turn<'_>) -> Option<Edge> {
     }
 }
 
-/// The state at the other end of the edge, with its first command; `None` out of
-/// the ring.
+/// The state after the edge, with its first command; `None` out of the ring.
 fn take(edge: Edge, mut state: Transfer, turn: &mut Turn<'_>) -> Option<Transfer> {
     let mut gripper = GripperGoal::Keep;
     match edge {
         Edge::Next(leg) => return next(leg, state, turn),
         Edge::Drop => {
             turn.note_drop(state.cube);
+            // After a drop the fingers open: the next pick-up starts with an open gripper.
             gripper = GripperGoal::Open;
         }
         Edge::Gone => {}
         Edge::Resync => {
             turn.note_resync(state.cube, state.phase);
+            // The failure may be this very resync: then nothing is commanded any more.
             if turn.world.job.failure.is_none() {
                 state.aim(turn);
                 state.drive(turn);
@@ -81,10 +83,13 @@ fn next(leg: Leg, mut state: Transfer, turn: &mut Turn<'_>) -> Option<Transfer> 
     let Some(phase) = state.phase.next() else {
         return Transfer::select("decide", turn);
     };
+    // Once for each holding phase, at its start: within a phase the arm is committed.
     if phase.holding() && state.destination_lost(turn) {
         state.abort(turn);
     }
     state.enter(phase, turn);
+    // The first command is given in the same decision: the arm does not stop between two
+    // phases.
     state.drive(turn);
     Some(state)
 }

@@ -1,6 +1,6 @@
-//! The same job as one if/else controller: a phase number and one function, from
-//! top to bottom. It is kept in one piece on purpose, to show what the other
-//! policies tidy up; compare it with [`super::fsm`].
+//! The same job as one if/else controller: a phase number and one function, from top to bottom.
+//! It is one function on purpose, to show what the other policies improve; compare it with
+//! [`super::fsm`].
 
 use ipc_types::GripperGoal;
 

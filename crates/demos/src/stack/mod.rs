@@ -1,6 +1,6 @@
-//! Stacking cubes, in three ways: as a library-free state machine, as one
-//! if/else controller, and as a tree in code. What they share is beside them;
-//! numbers come from `[task]` of the cell file.
+//! Stacking cubes, with three policies: a library-free state machine, an if/else controller,
+//! and a tree in code. Their common parts are beside them; the settings are those of `[task]`
+//! in the cell file.
 
 pub mod bt;
 pub mod code;

@@ -94,6 +94,7 @@ impl Settings for StackTask {
         )?;
         fingers_grip(at, cell, 0, &self.order)?;
         let [x, y] = self.stack_position_m;
+        // The lowest and the highest layer: those between are reached if both are.
         let layers = [0, self.order.len() - 1];
         let points = layers.map(|layer| {
             let height = self.base_height_m + self.layer_height_m * layer as f64;

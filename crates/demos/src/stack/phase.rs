@@ -1,13 +1,13 @@
-//! The ring of eight phases, and when a phase is over.
+//! The ring of eight phases, and the conditions for their ends.
 
 use robocell_task::PolicyTime;
 use serde::{Deserialize, Serialize};
 
 use super::numbers::StackTask;
 
-/// Between two transfers: nothing to do, or not able to.
+/// The phase between two transfers: nothing to do, or not possible.
 pub const HOLD: &str = "HOLD";
-/// Names of the phases in their order; the last one is between two transfers.
+/// Names of the phases in their order; the last one is that between two transfers.
 pub const NAMES: [&str; 9] = [
     "PRE_GRASP",
     "APPROACH",
@@ -20,7 +20,7 @@ pub const NAMES: [&str; 9] = [
     HOLD,
 ];
 
-/// A phase of picking one cube up and setting it down.
+/// A phase of picking up one cube and setting it down.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Phase {
     /// Above the cube, gripper open.
@@ -29,7 +29,7 @@ pub enum Phase {
     Approach,
     /// Close.
     Grasp,
-    /// Straight up from where the cube was gripped.
+    /// Straight up from the position of the grip.
     Lift,
     /// Above the destination.
     Transport,
@@ -41,23 +41,23 @@ pub enum Phase {
     Retract,
 }
 
-/// How a phase stands.
+/// State of a phase.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Leg {
-    /// Not over.
+    /// In progress.
     Running,
-    /// Over: its time is up and its gripper condition is met (GRASP, RELEASE).
+    /// Over: its time has passed and its gripper condition is met (GRASP, RELEASE).
     Ok,
     /// Over: the target was reached for long enough.
     Settled,
-    /// Over: it took too long; the next phase finds out.
+    /// Over: it took too long; the next phase detects the cause.
     Timeout,
-    /// The gripper does not open: it will never be over.
+    /// The gripper does not open, so the phase cannot end.
     Blocked,
 }
 
 impl Leg {
-    /// Why the phase is over, as the log says it; `None` where it is not.
+    /// Reason for the end of the phase in the log; `None` while it is not over.
     pub fn reason(self) -> Option<&'static str> {
         match self {
             Self::Running | Self::Blocked => None,
@@ -69,7 +69,7 @@ impl Leg {
 }
 
 impl Phase {
-    /// All of them, in the order of the ring.
+    /// All phases, in the order of the ring.
     pub const RING: [Self; 8] = [
         Self::PreGrasp,
         Self::Approach,
@@ -91,17 +91,17 @@ impl Phase {
         Self::RING.get(self as usize + 1).copied()
     }
 
-    /// The cube has to be in the gripper.
+    /// Whether the cube has to be in the gripper.
     pub fn holding(self) -> bool {
         matches!(self, Self::Lift | Self::Transport | Self::Lower)
     }
 
-    /// The gripper is closed; it is open in the other four.
+    /// Whether the gripper is closed; it is open in the other four phases.
     pub fn closed(self) -> bool {
         self.holding() || self == Self::Grasp
     }
 
-    /// The TCP is at a cube or its destination; in the other four it is above.
+    /// Whether the TCP is at a cube or its destination; in the other four phases it is above.
     pub fn low(self) -> bool {
         matches!(
             self,
@@ -109,12 +109,14 @@ impl Phase {
         )
     }
 
-    /// How the phase stands after `lasted`, with its target reached for long
-    /// enough (`settled`) and the gripper `open` or not. GRASP takes its time
-    /// whatever it sees, RELEASE needs the open gripper besides and is blocked
-    /// without it, the others settle or time out. None is shorter than the minimum.
+    /// State of the phase after `lasted`, with its target reached for long enough (`settled`)
+    /// and the gripper `open` or not. GRASP takes its time whatever is observed, RELEASE needs
+    /// the open gripper and is blocked without it, the others settle or time out. None is
+    /// shorter than the minimum.
     pub fn stands(self, spec: &StackTask, lasted: PolicyTime, settled: bool, open: bool) -> Leg {
         let past = |seconds| lasted >= PolicyTime::from_seconds(seconds);
+        // The minimum keeps a phase from ending with feedback on the target of the phase
+        // before.
         let ready = past(spec.min_phase_s);
         let limit = match self {
             Self::PreGrasp | Self::Retract => spec.timeout_s,
@@ -123,6 +125,7 @@ impl Phase {
         match self {
             Self::Grasp if ready => Leg::Ok,
             Self::Release if ready && open => Leg::Ok,
+            // Without this limit a gripper that does not open would hold the job for ever.
             Self::Release if past(spec.release_timeout_s) => Leg::Blocked,
             Self::Grasp | Self::Release => Leg::Running,
             _ if ready && settled => Leg::Settled,

@@ -1,4 +1,4 @@
-//! Which cube is moved next, and where to.
+//! The choice of the next cube, and of its destination.
 
 use nalgebra::Vector3;
 use robocell_skills::geometry::plane_distance;
@@ -9,14 +9,14 @@ use super::transfer::Transfer;
 use super::turn::Turn;
 use crate::failure::Failure;
 
-/// Two cubes of one layer with centres nearer than this many cube sizes leave
-/// no room for the open gripper between them.
+/// Two cubes of one layer whose centres are nearer than this many cube sizes leave no room for
+/// the open gripper between them.
 const CROWD_LAYERS: f64 = 1.6;
-/// Nearer than this one is where the other has to be.
+/// A cube nearer than this many cube sizes to a place occupies it.
 const OVERLAP_LAYERS: f64 = 1.1;
 
-/// Whether all cubes are at their goals. It is noted, and logged when it has just
-/// become true.
+/// Whether all cubes are at their goals. The result is stored in the job, and logged when it
+/// becomes true.
 pub fn all_stacked(turn: &mut Turn<'_>) -> bool {
     let all = turn.cubes().all(|cube| turn.at_goal(cube));
     if all && !turn.world.job.done {
@@ -27,13 +27,13 @@ pub fn all_stacked(turn: &mut Turn<'_>) -> bool {
     all
 }
 
-/// The transfer of the first cube in the order that is not at its goal. A cube that
-/// is on it, or where it belongs, is put away first, since neither picking nor
-/// placing could succeed; and a support that is too far off to carry the next cube
-/// is set again. `None`, with the wait or the end of the job noted: there is
-/// nothing to move now. `verb` begins the log line.
+/// The transfer of the first cube in the order that is not at its goal. A cube on top of it, or
+/// at its goal, is put away first, since neither picking nor placing could succeed; a support
+/// that is too far off to carry the next cube is set again. `None` if nothing can be moved now,
+/// with the reason stored in the job. `verb` starts the log line.
 pub fn select(verb: &str, turn: &mut Turn<'_>) -> Option<Transfer> {
     all_stacked(turn);
+    // First of all: with a cube on the floor the stack cannot be completed.
     if let Some(cube) = turn.cubes().find(|cube| turn.fallen(*cube)) {
         let name = turn.name(cube);
         let reason = Failure::CubeLost.reason();
@@ -46,6 +46,7 @@ pub fn select(verb: &str, turn: &mut Turn<'_>) -> Option<Transfer> {
         let wanted = unseated_support(turn, first).unwrap_or(first);
         clear_the_way(turn, wanted)
     });
+    // Out of reach is a wait before it is a failure: an operator may push the cube back.
     if let Some(next) = next.filter(|next| !turn.reachable(next.cube)) {
         let (object, reason) = (turn.object(next.cube), Failure::CubeOutOfReach.reason());
         turn.world.wait_for_reach(object, reason);
@@ -62,29 +63,28 @@ pub fn select(verb: &str, turn: &mut Turn<'_>) -> Option<Transfer> {
     next
 }
 
-/// Whether a held cube cannot go onto the stack any more: a lower cube is not
-/// where it belongs, or another one got to its own place.
+/// Whether a held cube cannot go onto the stack any longer: a lower cube is not in its place,
+/// or another one occupies the goal.
 pub fn destination_lost(turn: &Turn<'_>, cube: usize) -> bool {
     let broken = (0..cube).any(|lower| !turn.at_goal(lower));
     broken || intruder(turn, cube).is_some()
 }
 
-/// The cube below `first`, if it is too far off to carry it and setting it again
-/// was not tried too often.
+/// The cube below `first`, if it is too far off to carry it and was not set again too often.
 fn unseated_support(turn: &Turn<'_>, first: usize) -> Option<usize> {
     let support = first.checked_sub(1)?;
     let attempts = turn.world.job.attempts(turn.object(support)).place;
     (!turn.seated(support) && attempts < turn.stack.spec.max_attempts).then_some(support)
 }
 
-/// `wanted` to its goal, or first whatever is in the way of that.
+/// `wanted` to its goal, or first a cube that is in the way.
 fn clear_the_way(turn: &Turn<'_>, wanted: usize) -> Transfer {
     let away = |cube| Transfer::new(turn, cube, free_spawn(turn, cube), true);
     let mut next = match intruder(turn, wanted) {
         Some(cube) if on_top_of(turn, wanted).is_none() => away(cube),
         _ => Transfer::new(turn, wanted, turn.goal(wanted), false),
     };
-    // A pile is taken down from the top; a pile has no more cubes than there are.
+    // A pile is taken down from the top; the loop ends, because a pile has at most all cubes.
     for _ in turn.cubes() {
         match on_top_of(turn, next.cube) {
             Some(cube) => next = away(cube),
@@ -94,7 +94,7 @@ fn clear_the_way(turn: &Turn<'_>, wanted: usize) -> Transfer {
     next
 }
 
-/// The cube that is on `cube`.
+/// The cube on top of `cube`.
 fn on_top_of(turn: &Turn<'_>, cube: usize) -> Option<usize> {
     let layer = turn.stack.spec.layer_height_m;
     let base = turn.position(cube);
@@ -105,9 +105,9 @@ fn on_top_of(turn: &Turn<'_>, cube: usize) -> Option<usize> {
     })
 }
 
-/// A cube that has to go before `cube` can be set down at its goal: one in that
-/// layer or above it, too near for the open gripper, or one below it that is no
-/// part of the stack and would be built over.
+/// A cube that has to be moved before `cube` can be set down at its goal: one in that layer or
+/// above it, too near for the open gripper, or one below it that is not part of the stack and
+/// would be built over.
 fn intruder(turn: &Turn<'_>, cube: usize) -> Option<usize> {
     let layer = turn.stack.spec.layer_height_m;
     let goal = Vector3::from(turn.goal(cube).position);
@@ -122,8 +122,8 @@ fn intruder(turn: &Turn<'_>, cube: usize) -> Option<usize> {
     })
 }
 
-/// The cube's own spawn, or the first one with room around it where something
-/// is on its own; its own if there is none.
+/// The cube's own spawn, or, if that is occupied, the first one with room around it; its own if
+/// none is free.
 pub fn free_spawn(turn: &Turn<'_>, cube: usize) -> Placement {
     let mut spawns = turn.stack.spawns.iter().copied();
     let own = spawns.clone().nth(cube).unwrap_or(turn.goal(cube));
@@ -133,7 +133,7 @@ pub fn free_spawn(turn: &Turn<'_>, cube: usize) -> Placement {
         others.map(distance).fold(f64::INFINITY, f64::min)
     };
     let layer = turn.stack.spec.layer_height_m;
-    // At the start all cubes were at their spawns, however close.
+    // At the start all cubes are at their spawns, however close to each other.
     if nearest(&own) > OVERLAP_LAYERS * layer {
         return own;
     }

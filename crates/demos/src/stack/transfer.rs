@@ -1,5 +1,4 @@
-//! One cube in transfer: what all three policies remember, and what the arm does
-//! in each phase.
+//! One cube in transfer: the memory of all three policies, and the arm's motion in each phase.
 
 use ipc_types::{GripperGoal, Pose};
 use nalgebra::Vector3;
@@ -17,30 +16,31 @@ use super::turn::{Turn, forget_held};
 
 /// A destination nearer than this in the plane is beside the pick-up (m).
 const BESIDE_M: f64 = 0.2;
-/// A wrist turned further than this (rad) starts again from the nearest quarter.
+/// A wrist turned farther than this (rad) starts again at the nearest quarter: its joint would
+/// reach a limit after more turns in one direction.
 const MAX_TURN_RAD: f64 = 1.8;
 
 /// One cube in transfer, between two decisions.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Transfer {
-    /// Place of the cube in the order.
+    /// Index of the cube in the order.
     pub cube: usize,
-    /// The phase under way.
+    /// The phase in progress.
     pub phase: Phase,
-    /// Where the cube goes.
+    /// Destination of the cube.
     pub destination: Placement,
     /// The destination is final: the cube goes back, or out of the way.
     pub aborted: bool,
     /// The motion or grip of the phase.
     step: Step,
-    /// Where the cube was when the phase began, and from GRASP on where it was
-    /// gripped; with the turn of the tool around it.
+    /// Pose of the cube at the start of the phase, and from GRASP on at the grip; its turn is
+    /// that of the tool around it.
     anchor: Placement,
 }
 
 impl Transfer {
-    /// The next transfer, with its first command; `None` when there is nothing to
-    /// move now. `verb` begins the log line.
+    /// The next transfer, with its first command; `None` if nothing can be moved now. `verb`
+    /// starts the log line.
     pub fn select(verb: &str, turn: &mut Turn<'_>) -> Option<Self> {
         let job_failed = turn.world.job.failure.is_some();
         let next = (!job_failed).then(|| selection::select(verb, turn));
@@ -53,7 +53,7 @@ impl Transfer {
         Some(transfer)
     }
 
-    /// A transfer that has not begun.
+    /// A transfer before its first phase.
     pub fn new(turn: &Turn<'_>, cube: usize, destination: Placement, aborted: bool) -> Self {
         Self {
             cube,
@@ -65,14 +65,14 @@ impl Transfer {
         }
     }
 
-    /// (Re)starts the pick-up at the cube as it is seen now.
+    /// Starts or restarts the pick-up at the observed cube.
     pub fn aim(&mut self, turn: &mut Turn<'_>) {
         self.look(turn);
         self.enter(Phase::PreGrasp, turn);
     }
 
-    /// Chooses the turn of the tool around the cube as it is seen now. Every other
-    /// attempt takes the other way around it.
+    /// Chooses the turn of the tool around the observed cube. Every other attempt uses the
+    /// other grasp.
     pub fn look(&mut self, turn: &Turn<'_>) {
         let object = turn.object(self.cube);
         let seen = turn.placement(self.cube);
@@ -82,21 +82,23 @@ impl Transfer {
         self.anchor = Placement { yaw, ..seen };
     }
 
-    /// Begins `phase`.
+    /// Starts `phase`.
     pub fn enter(&mut self, phase: Phase, turn: &mut Turn<'_>) {
+        // Frozen from GRASP on: a held cube moves with the hand, and LIFT would chase it.
         if phase <= Phase::Grasp {
             self.anchor.position = turn.placement(self.cube).position;
         }
         self.phase = phase;
         self.step = Step::default();
         turn.world.begin(&mut self.step);
-        // The part of the job that a policy of another kind could resume.
+        // The part of the memory from which a policy of another kind can resume.
         let object = turn.object(self.cube);
         forget_held(turn.world.job);
         if phase.holding() {
             turn.world.job.held = Some(object);
             turn.world.job.destination = Some(self.destination);
             turn.world.job.aborted = self.aborted;
+        // Released: failed pick-ups count in a row.
         } else if phase == Phase::Release
             && let Some(attempts) = turn.world.job.attempts_mut(object)
         {
@@ -104,7 +106,7 @@ impl Transfer {
         }
     }
 
-    /// Sends the arm where it has to be in this phase; how the phase stands.
+    /// Sends the arm to the target of this phase; returns the state of the phase.
     pub fn drive(&mut self, turn: &mut Turn<'_>) -> Leg {
         turn.phase = Some(self.phase);
         let spec = &turn.stack.spec;
@@ -126,19 +128,23 @@ impl Transfer {
             ..Drive::travel(self.target(turn), gripper)
         };
         let drive = drive.near(Some(turn.object(self.cube)));
+        // The time of the phase is that before this command, so its first decision has lasted
+        // zero.
         let lasted = turn.world.begin(&mut self.step);
         let settled = turn.world.drive(&mut self.step, &drive);
         let open = turn.world.is_open();
         self.phase.stands(spec, lasted, settled, open)
     }
 
-    /// The TCP in this phase: above the live cube, where it was gripped, or where it
-    /// goes, and at it in the low phases.
+    /// The TCP in this phase: above the observed cube, its grip or its destination, and at it
+    /// in the low phases.
     fn target(&mut self, turn: &Turn<'_>) -> Pose {
         let spec = &turn.stack.spec;
         let at = match self.phase {
             Phase::PreGrasp | Phase::Approach => {
                 let seen = turn.placement(self.cube);
+                // Re-chosen in each decision: a cube that turns under the fingers takes the
+                // tool with it.
                 let wound = self.anchor.yaw.abs() > MAX_TURN_RAD;
                 let reference = if wound { 0.0 } else { self.anchor.yaw };
                 self.anchor.yaw = nearest_quarter(seen.yaw, reference);
@@ -164,9 +170,9 @@ impl Transfer {
         }
     }
 
-    /// What LIFT rises above: where the cube was gripped, or the height of a higher
-    /// destination right beside it, since a cube at the foot of the stack would knock
-    /// it over on a slanted way up.
+    /// The base of LIFT: the position of the grip, or the height of a higher destination right
+    /// beside it, since a cube at the foot of the stack would knock the stack over on a slanted
+    /// path up.
     fn lift_from(&self) -> Placement {
         let (from, to) = (self.anchor.position, self.destination.position);
         let beside = plane_distance(from.into(), to.into()) < BESIDE_M;
@@ -196,21 +202,20 @@ impl Transfer {
         self.phase.holding() && turn.dropped(self.cube)
     }
 
-    /// Whether the cube is at its destination, so that there is nothing to lift it
-    /// over any more.
+    /// Whether the cube is at its destination, so that it does not have to be lifted any more.
     pub fn is_there(&self, turn: &Turn<'_>) -> bool {
         let goal = Vector3::from(self.destination.position);
         let offset = turn.position(self.cube) - goal;
         offset.norm() < turn.stack.spec.goal_tolerance_m
     }
 
-    /// Whether the cube cannot go onto the stack any more.
+    /// Whether the cube cannot go onto the stack any longer.
     pub fn destination_lost(&self, turn: &Turn<'_>) -> bool {
         !self.aborted && selection::destination_lost(turn, self.cube)
     }
 
-    /// Turns the transfer back: the cube goes to its own spawn, or to another free
-    /// one where something is on its own.
+    /// Turns the transfer back: the cube goes to its own spawn, or to another free one if its
+    /// own is occupied.
     pub fn abort(&mut self, turn: &mut Turn<'_>) {
         let name = turn.name(self.cube);
         turn.world.job.counters.aborts += 1;
@@ -222,23 +227,28 @@ impl Transfer {
         self.aborted = true;
     }
 
-    /// Notes that the phase is over; `phase` is what the log calls it.
+    /// Records that the phase is over; `phase` is its name in the log.
     pub fn note_end(&self, phase: impl std::fmt::Display, leg: Leg, turn: &mut Turn<'_>) {
         let (name, why) = (turn.name(self.cube), leg.reason().unwrap_or("?"));
         let line = format_args!("[{name}] {phase} done ({why})");
         turn.world.out.transition(line);
+        // Judged after RETRACT: before it the fingers could still move the cube.
         if self.phase == Phase::Retract && !self.aborted {
             turn.note_placed(self.cube);
         }
     }
 
-    /// After missed decisions, or after the operator led the arm: whether a cube is in
-    /// the gripper of which `memory` does not know. It is made the transfer.
+    /// After missed decisions, or after the operator led the arm: makes a cube in the gripper
+    /// the transfer if `memory` does not have it. Returns whether it did.
     pub fn reconcile(memory: &mut Option<Self>, turn: &mut Turn<'_>) -> bool {
+        // The cube of the memory is in the gripper, or was; `dropped` decides that. Only the
+        // settling starts again, since the arm may have been moved.
         if let Some(transfer) = memory.as_mut().filter(|t| t.phase >= Phase::Grasp) {
             transfer.step.settled = None;
             return false;
         }
+        // Nothing is held: a stale `held` would make another policy resume a transfer without a
+        // cube.
         let Some((mut transfer, phase)) = Self::in_gripper(turn) else {
             forget_held(turn.world.job);
             return false;
@@ -255,9 +265,9 @@ impl Transfer {
         true
     }
 
-    /// The transfer of the cube in the gripper, and its phase: what physics says
-    /// about the fingers' contacts, else what the checkpoint says, if the cube is near
-    /// the TCP. A checkpoint that agrees also says where the cube goes.
+    /// The transfer of the cube in the gripper, and its phase. The cube is that of the fingers'
+    /// contacts in physics, or else that of the checkpoint, if it is near the TCP. A checkpoint
+    /// with the same cube also has its destination.
     fn in_gripper(turn: &Turn<'_>) -> Option<(Self, Phase)> {
         let of_object = |object| turn.cubes().find(|cube| turn.object(*cube) == object);
         let job = &*turn.world.job;
@@ -269,11 +279,11 @@ impl Transfer {
         let known = job.destination.filter(|_| remembered == Some(cube));
         let destination = known.unwrap_or(turn.goal(cube));
         let mut transfer = Self::new(turn, cube, destination, known.is_some() && job.aborted);
-        // The fingers are around the cube already, whichever way they came.
+        // The fingers are around the cube already, from whichever side.
         let turned = turn.world.tool_yaw();
         transfer.anchor.yaw = nearest_quarter(transfer.anchor.yaw, turned);
-        // LIFT aims above the grip by the clearance, so a cube that is up already is
-        // held at its height.
+        // LIFT aims above the grip by the clearance, so a cube that is lifted already is kept
+        // at its height.
         let spec = &turn.stack.spec;
         let height = &mut transfer.anchor.position[2];
         *height = (*height - spec.clearance_m).max(spec.base_height_m);

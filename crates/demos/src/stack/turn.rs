@@ -1,5 +1,5 @@
-//! One decision of a stacking policy: what it asks about the cubes, and what it
-//! notes of what went wrong with them.
+//! One decision of a stacking policy: its questions about the cubes, and the record of failures
+//! with them.
 
 use std::ops::Range;
 
@@ -18,27 +18,26 @@ use crate::failure::Failure;
 
 /// A cube below this height is off the table (m); the table's top is at 0.
 const FALLEN_BELOW_M: f64 = -0.05;
-/// Share of a layer by which a cube may stand off and still carry the next: at
-/// half a cube the next one topples.
+/// Share of a layer by which a cube may be off its place and still carry the next: at half a
+/// cube the next one topples.
 const SEAT_SHARE: f64 = 0.4;
 
-/// The phase of a decision without a transfer when every cube is in its place.
+/// Name of the phase without a transfer when every cube is in its place.
 const DONE: &str = "DONE";
 
-/// The view of the arm in one decision, with the numbers of the task. Cubes are
-/// their places in the order.
+/// The view of the arm in one decision, with the settings of the task. A cube is an index in
+/// the order.
 pub struct Turn<'w> {
-    /// The numbers.
+    /// The settings.
     pub stack: &'w StackSetup,
     /// The cell.
     pub world: World<'w>,
-    /// The phase for which the arm was told something in this decision.
+    /// The phase of the command in this decision; `None` for a hold.
     pub phase: Option<Phase>,
 }
 
 impl<'w> Turn<'w> {
-    /// `None` when the observation lacks the arm or a cube of the order; the
-    /// policy then holds.
+    /// `None` if the observation lacks the arm or a cube of the order; the policy then holds.
     pub fn new(
         stack: &'w StackSetup,
         observation: &'w Observation<'w>,
@@ -55,8 +54,8 @@ impl<'w> Turn<'w> {
         })
     }
 
-    /// Index of a cube in the cell file; a cube that the order does not have is
-    /// no object.
+    /// Index of a cube in the cell file; `usize::MAX`, which no object has, for a cube that is
+    /// not in the order.
     pub fn object(&self, cube: usize) -> usize {
         self.stack.cubes.get(cube).copied().unwrap_or(usize::MAX)
     }
@@ -66,14 +65,13 @@ impl<'w> Turn<'w> {
         self.stack.skills.object_name(self.object(cube))
     }
 
-    /// Where a cube belongs.
+    /// The pose of a cube in the stack.
     pub fn goal(&self, cube: usize) -> Placement {
         let goal = self.stack.skills.goal(self.object(cube), STACK, cube);
         goal.unwrap_or(NOWHERE)
     }
 
-    /// Where a cube is, and its turn. One that the cell does not have any more
-    /// has [`Turn::fallen`].
+    /// Observed pose of a cube. A cube that is not in the cell any longer has [`Turn::fallen`].
     pub fn placement(&self, cube: usize) -> Placement {
         let seen = self.world.placement(self.object(cube));
         seen.unwrap_or(NOWHERE)
@@ -94,8 +92,7 @@ impl<'w> Turn<'w> {
         self.cubes().filter(move |other| *other != cube)
     }
 
-    /// Whether a cube is at its goal: in its own layer and strictly nearer than the
-    /// tolerance.
+    /// Whether a cube is at its goal: in its own layer, and strictly nearer than the tolerance.
     pub fn at_goal(&self, cube: usize) -> bool {
         let tolerance = self.stack.spec.goal_tolerance_m;
         let slot = self.world.slot_of(self.object(cube), STACK, tolerance);
@@ -108,7 +105,7 @@ impl<'w> Turn<'w> {
         self.at_goal(cube) && offset < SEAT_SHARE * self.stack.spec.layer_height_m
     }
 
-    /// Whether a cube that has to be in the gripper is not.
+    /// Whether a cube that has to be in the gripper is not in it.
     pub fn dropped(&self, cube: usize) -> bool {
         let distance = self.stack.spec.drop_distance_m;
         self.world.has_left(self.object(cube), distance)
@@ -125,8 +122,7 @@ impl<'w> Turn<'w> {
         Condition::Reachable(self.object(cube)).holds(&self.world)
     }
 
-    /// The arm stops. After a drop the gripper opens, otherwise it keeps what it
-    /// has.
+    /// Stops the arm. `gripper` opens after a drop; otherwise it keeps its state.
     pub fn hold(&mut self, gripper: GripperGoal) {
         self.phase = None;
         let intent = ArmIntent {
@@ -136,16 +132,16 @@ impl<'w> Turn<'w> {
         self.world.out.arm(ARM, intent);
     }
 
-    /// Notes that the held cube was lost.
+    /// Records the loss of the held cube.
     pub fn note_drop(&mut self, cube: usize) {
         forget_held(self.world.job);
         self.world.note_drop(self.object(cube));
         self.count_failed_pick(cube);
     }
 
-    /// Notes that a cube moved while it was picked up. A gripper that pushes a cube
-    /// away on the way down would do so forever, so that counts as a failed
-    /// pick-up; the operator may drag it as often as he likes.
+    /// Records that a cube moved while it was picked up. A gripper that pushes a cube away on
+    /// its way down would do so for ever, so that counts as a failed pick-up; an operator may
+    /// drag the cube as often as they like.
     pub fn note_resync(&mut self, cube: usize, phase: Phase) {
         let object = self.object(cube);
         self.world.note_resync(object);
@@ -156,8 +152,8 @@ impl<'w> Turn<'w> {
         }
     }
 
-    /// Notes how a set-down ended: a cube that does not stay where it was put is
-    /// tried again, but not forever.
+    /// Records the result of a set-down. A cube that does not stay in its place is tried again,
+    /// but not for ever.
     pub fn note_placed(&mut self, cube: usize) {
         let object = self.object(cube);
         if self.seated(cube) {
@@ -166,7 +162,7 @@ impl<'w> Turn<'w> {
             }
             return;
         }
-        // One that is at its goal, but cannot carry the next, is no failure.
+        // A cube at its goal that cannot carry the next one is not a failure.
         let most = if self.at_goal(cube) {
             u32::MAX
         } else {
@@ -176,7 +172,7 @@ impl<'w> Turn<'w> {
         self.world.count_failed_place(object, most, reason);
     }
 
-    /// Notes that the gripper does not open.
+    /// Records that the gripper does not open.
     pub fn note_blocked(&mut self, cube: usize) {
         let name = self.name(cube);
         self.world.fail(
@@ -192,7 +188,7 @@ impl<'w> Turn<'w> {
         self.world.count_failed_pick(object, most, reason);
     }
 
-    /// Says how the job stands: the phase, the outcome and the cubes in place.
+    /// Reports the state of the job: the phase, the outcome and the cubes in place.
     pub fn report(&mut self) {
         let done = self.world.job.done;
         self.world.out.phase = Text::new(match self.phase {
@@ -205,6 +201,7 @@ impl<'w> Turn<'w> {
         } else {
             Outcome::Running
         };
+        // Compared with the decision before, and only then updated: each loss is reported once.
         for cube in self.cubes() {
             let object = self.object(cube);
             let is_held = self.world.job.held == Some(object);
@@ -230,7 +227,7 @@ impl<'w> Turn<'w> {
             .any(|known| usize::try_from(known) == Ok(object))
     }
 
-    /// Something took a cube out of the stack that the arm does not hold.
+    /// Reports a cube that left the stack without being held by the arm.
     fn note_displaced(&mut self, cube: usize) {
         self.world.job.counters.recoveries += 1;
         let name = self.name(cube);
@@ -239,13 +236,13 @@ impl<'w> Turn<'w> {
     }
 }
 
-/// For a cube that is not in the order, which no caller asks for.
+/// Placement of a cube that is not in the order; no caller asks for one.
 const NOWHERE: Placement = Placement {
     position: [0.0; 3],
     yaw: 0.0,
 };
 
-/// Nothing is in the gripper any more.
+/// Removes the held object from the job: the gripper is empty.
 pub fn forget_held(job: &mut Job) {
     job.held = None;
     job.destination = None;

@@ -133,16 +133,20 @@ impl AcquireCube {
     ) -> Result<Status, Fault> {
         let (arm, name) = (self.notes.me, cx.world.setup.object_name(cube));
         let Some(goal) = self.notes.aim(cx, cube, stack)? else {
-            // Reported once, however often it is tried.
+            // Reported once for each cube, however often the node is tried.
             if state.unseen.replace(cube) != Some(cube) {
                 let why = format_args!("[error] {arm}: the pose of {name} is not known");
                 cx.world.out.event(TraceEvent::Fault, why);
             }
             return Ok(Status::Failure);
         };
+        // The order of the writes: everything that can fail was computed above, so a node that
+        // fails leaves neither a lock nor a reservation behind.
         state.unseen = None;
         self.notes.recovery.clear(cx)?;
         self.notes.zone.take(cx)?;
+        // The same cube is not reserved a second time: its log line would repeat in every
+        // recovery.
         if self.notes.current(cx)? != Some(cube) || !self.is_mine(cx, cube)? {
             self.notes.set_owner(cx, cube, Owner::Reserved)?;
             self.notes.set_current(cx, Some(cube))?;
@@ -153,9 +157,9 @@ impl AcquireCube {
         Ok(Status::Success)
     }
 
-    /// An arm that has nothing to do leaves the centre, and then gives it back: the
-    /// other one may be about to bring what this one waits for, or leave a cube
-    /// alone because this gripper is at it.
+    /// An arm without anything to do leaves the centre and releases it: the other arm may be
+    /// about to bring a cube that this one waits for, or leave a cube alone because this
+    /// gripper is near it.
     fn rest(&self, state: &mut State, cx: &mut Context<'_, '_>) -> Result<(), Fault> {
         let Some(arm) = cx.world.arm_setup() else {
             return Ok(());
@@ -166,6 +170,7 @@ impl AcquireCube {
             settle: PolicyTime::from_ticks(0),
             ..Drive::travel(arm.wait, GripperGoal::Keep)
         };
+        // Released only once the arm is away: the other one would drive into it.
         if cx.world.drive(&mut state.step, &drive) {
             self.notes.zone.release(cx)?;
         }
@@ -184,12 +189,15 @@ impl Leaf<Station> for AcquireCube {
     }
 
     fn tick(&self, state: &mut State, cx: &mut Context<'_, '_>) -> Result<Status, Fault> {
+        // Another arm owns the centre: nothing is read or written until it is free.
         if self.notes.zone.is_closed(cx)? {
             state.waiting.clear();
             state.turn.wait(cx.world);
             return Ok(Status::Running);
         }
         state.turn = Turn::default();
+        // A cube of the other arm goes first: placing it on this stack would be counted in
+        // neither.
         if let Some(held) = self.notes.held_of_another(cx)? {
             let name = cx.world.setup.object_name(held);
             let why = format_args!("{name} in the gripper is another arm's");
@@ -197,12 +205,16 @@ impl Leaf<Station> for AcquireCube {
             return Ok(Status::Running);
         }
         let own = self.own(cx)?;
+        // An arm works at one cube: the reservation of the former one would keep it from both
+        // arms.
         if let (Some(cube), Some(other)) = (own, self.notes.current(cx)?)
             && other != cube
             && self.is_mine(cx, other)?
         {
             self.notes.set_owner(cx, other, Owner::Available)?;
         }
+        // Before a choice the stack is compared with the observation, since people move cubes
+        // at any time.
         let stack = self.notes.compare(cx)?;
         let cube = match own {
             Some(cube) => Some(cube),

@@ -1,5 +1,4 @@
-//! The node types of this demo. What each does beyond one look is in a file of its
-//! own.
+//! The node types of this demo. Those that do more than one check have a file of their own.
 #![allow(clippy::result_large_err, reason = "happens at load, once")]
 
 mod acquire;
@@ -29,7 +28,7 @@ pub(super) fn add(library: Library<Station>, job: &Arc<Pyramid>) -> Library<Stat
         .with(check_complete(job))
 }
 
-/// A node type that is made with the notes of its tree.
+/// A node type that is created with access to the notes of its tree.
 fn node_type<L: Leaf<Station>>(
     (name, doc): (&'static str, &'static str),
     job: &Arc<Pyramid>,
@@ -41,7 +40,7 @@ fn node_type<L: Leaf<Station>>(
     })
 }
 
-/// A node that remembers nothing.
+/// A node without state.
 struct Plain<F> {
     notes: Notes,
     run: F,
@@ -77,6 +76,7 @@ fn calibrate(job: &Arc<Pyramid>) -> NodeType<Station> {
             notes,
             run: |notes: &Notes, cx: &mut Context<'_, '_>| {
                 let current = notes.current(cx)?;
+                // Nothing to calibrate: the cube was lost or exchanged since the pick-up.
                 let Some(cube) = current.filter(|cube| cx.world.held() == Some(*cube)) else {
                     let why = format_args!("no cube to be placed is in the gripper");
                     notes.recovery.request(cx, why)?;
@@ -91,7 +91,7 @@ fn calibrate(job: &Arc<Pyramid>) -> NodeType<Station> {
     .keywords(&["offset", "hand", "place"])
 }
 
-/// With the port of the nodes that count.
+/// Adds the port of the nodes that count cubes.
 fn counting(node_type: NodeType<Station>) -> NodeType<Station> {
     node_type
         .input_or("required_count", 3_i64, "cubes of a complete stack")
@@ -142,6 +142,7 @@ fn mark(notes: &Notes, required: &In<i64>, cx: &mut Context<'_, '_>) -> Result<S
         return Ok(Status::Failure);
     };
     let (goal, aside) = notes.goal(cx)?;
+    // Observed, not assumed: a cube that fell off must not be counted.
     if !cx.world.is_at(cube, goal, notes.task().goal_tolerance_m) {
         return Ok(Status::Failure);
     }
@@ -151,6 +152,8 @@ fn mark(notes: &Notes, required: &In<i64>, cx: &mut Context<'_, '_>) -> Result<S
         let out = &mut *cx.world.out;
         out.log(format_args!("[aside] {arm}: {name} is out of the way"));
     } else {
+        // A set, not a counter: the node may run twice for one cube after a restart, and counts
+        // it once.
         let count = notes.add_to_stack(cx, cube)?.len();
         if i64::from(count) >= cx.get(required)? {
             notes.set_complete(cx, true)?;

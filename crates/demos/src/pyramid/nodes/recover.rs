@@ -19,9 +19,10 @@ use serde::{Deserialize, Serialize};
 use crate::pyramid::notes::Notes;
 use crate::pyramid::setup::Pyramid;
 
-/// An arm that cannot reach its cube waits at this share of its reach.
+/// An arm that cannot reach its cube waits at this share of its reach, short of a stretched
+/// pose.
 const WAITING_SHARE: f64 = 0.85;
-/// No turn that a file may name: that of the arm.
+/// Outside of the range that a file may name: the arm's own turn is used.
 const OWN_YAW: f64 = 1.0e6;
 
 /// See the module.
@@ -39,9 +40,9 @@ struct RecoverCube {
 struct State {
     step: Step,
     turn: Turn,
-    /// Another arm's cube the gripper opens around.
+    /// A cube of another arm around which the gripper opens.
     let_go: Option<usize>,
-    /// Where the cube was when it moved last (m), and since when it is there.
+    /// Position of the cube at its last motion (m), and the time since which it has been there.
     reference: Option<[f64; 3]>,
     still_since: Duration,
     alarm: Alarm,
@@ -104,7 +105,7 @@ impl RecoverCube {
         })
     }
 
-    /// Moves above `position`, or as near to it as the arm may; whether it is there.
+    /// Moves above `position`, or as near to it as the arm may; returns whether it is there.
     fn stage(
         &self,
         state: &mut State,
@@ -140,6 +141,8 @@ impl RecoverCube {
             settle: PolicyTime::from_ticks(0),
             ..Drive::travel(target, GripperGoal::Open)
         };
+        // Near is not enough where the cube is out of reach: the node stays active until it is
+        // reachable.
         Ok(cx.world.drive(&mut state.step, &drive) && reachable)
     }
 
@@ -153,6 +156,8 @@ impl RecoverCube {
         let moved = state
             .reference
             .is_none_or(|reference| (position - Vector3::from(reference)).norm() > tolerance);
+        // The reference is replaced only after a motion, so a cube that creeps slowly is not at
+        // rest either.
         if moved {
             state.reference = Some(position.into());
             state.still_since = cx.now;
@@ -177,7 +182,7 @@ impl RecoverCube {
         ));
     }
 
-    /// Opens the gripper where it is: what falls must not fall on the arm's cube.
+    /// Opens the gripper in place: the cube must not fall on the arm's own one.
     fn let_go(&self, state: &mut State, cx: &mut Context<'_, '_>, held: usize) {
         cx.world.stay(GripperGoal::Open);
         if state.let_go.replace(held) != Some(held) {
@@ -187,8 +192,8 @@ impl RecoverCube {
         }
     }
 
-    /// The end of a recovery. A cube that the fingers do not get around is left
-    /// available: perhaps another one has to be taken first.
+    /// The end of a recovery. A cube without room for the fingers is made available again:
+    /// another one may have to be picked first.
     fn finish(&self, cx: &mut Context<'_, '_>, cube: usize) -> Result<Status, Fault> {
         let look = self.notes.look(cx);
         if !look.is_free_around(cube) || cx.world.is_covered(cube) {
@@ -196,6 +201,7 @@ impl RecoverCube {
             self.notes.set_current(cx, None)?;
         }
         self.notes.recovery.clear(cx)?;
+        // Failure on purpose: the selector above then continues with the pick-up.
         Ok(Status::Failure)
     }
 }
@@ -210,6 +216,8 @@ impl Leaf<Station> for RecoverCube {
 
     fn tick(&self, state: &mut State, cx: &mut Context<'_, '_>) -> Result<Status, Fault> {
         let interval = cx.get(&self.warning)?;
+        // A warning that is always due would fill the log; the file names the interval, so it
+        // can be wrong.
         if interval <= 0.0 {
             let arm = self.notes.me;
             let why = format_args!(
@@ -223,23 +231,27 @@ impl Leaf<Station> for RecoverCube {
             return Ok(Status::Running);
         }
         let (None, Some(cube)) = (cx.world.held(), self.notes.current(cx)?) else {
-            // There is no cube to recover; or the pick-up continues with what is in
-            // the gripper.
+            // No cube to recover, or the pick-up continues with the one in the gripper.
             self.notes.recovery.clear(cx)?;
             return Ok(Status::Failure);
         };
         if !state.turn.comes(&self.notes.zone, cx)? {
             return Ok(Status::Running);
         }
+        // Reserved again, also from `carried`: the cube is no longer in the gripper.
         self.notes.set_owner(cx, cube, Owner::Reserved)?;
         let Some(position) = cx.world.position(cube) else {
             cx.world.stay(GripperGoal::Open);
             return Ok(Status::Running);
         };
         let stack = self.notes.stack(cx)?;
+        // The targets follow the cube in each tick, so the pick-up starts from its present
+        // pose.
         self.notes.aim(cx, cube, stack)?;
         let at_rest = self.is_at_rest(state, cx, position)?;
         let there = self.stage(state, cx, cube, position)?;
+        // The interval counts only while the arm is not there: a cube that settles slowly is no
+        // fault.
         if there {
             state.alarm.clear();
         } else if state.alarm.is_due(cx.now, interval) {

@@ -1,4 +1,4 @@
-//! `FrankaReset`: finds the robot and starts from what is seen.
+//! `FrankaReset`: finds the robot and starts from the observed state.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -16,26 +16,27 @@ use serde::{Deserialize, Serialize};
 use crate::pyramid::notes::{self, Notes, Numbers};
 use crate::pyramid::setup::Pyramid;
 
-/// The robot has to be found at one of so many ticks.
+/// The robot has to answer within this many ticks; the sample of Isaac Sim fails in the 30th,
+/// too.
 const ATTEMPTS: u32 = 30;
 
 /// See the module.
 struct FrankaReset {
     settle: In<f64>,
     notes: Notes,
-    /// Names of the shared keys that ask for a recovery and say that the stack is
-    /// complete. Like `initialized` they are for people and programs that look at
-    /// the blackboard; no node reads them.
+    /// Names of the shared keys of a requested recovery and of a complete stack. Like
+    /// `initialized` they are for people and programs that read the blackboard; no node reads
+    /// them.
     names: [(Out<Str>, Str); 2],
     initialized: Out<bool>,
-    /// Where the arm waits, a pose of the TCP.
+    /// Rest pose of the arm, of its TCP.
     rest: Out<Numbers>,
 }
 
 #[derive(Default, Serialize, Deserialize)]
 struct State {
     attempts: u32,
-    /// Since when the gripper is as it shall be.
+    /// Time since which the gripper has been open.
     settled: Option<Duration>,
     begun: bool,
 }
@@ -110,6 +111,7 @@ impl Leaf<Station> for FrankaReset {
             if state.attempts < ATTEMPTS {
                 return Ok(Status::Running);
             }
+            // Equal, not larger: one report, and failure in every later tick.
             if state.attempts == ATTEMPTS {
                 let name = self.notes.me;
                 let why = format_args!("[error] {name}: the arm or its controller does not answer");
@@ -118,14 +120,17 @@ impl Leaf<Station> for FrankaReset {
             return Ok(Status::Failure);
         }
         state.attempts = 0;
+        // Once for each start: a second time would release the centre while the arm works there.
         if !state.begun {
             state.begun = true;
             self.begin(cx)?;
         }
+        // A held cube is not dropped at a start; the tree finds it as the arm's own.
         if cx.world.held().is_some() {
             return Ok(Status::Success);
         }
         cx.world.stay(GripperGoal::Open);
+        // A gripper that closes again restarts the time: it has to be open for all of it.
         if !cx.world.is_open() {
             state.settled = None;
             return Ok(Status::Running);

@@ -13,7 +13,7 @@ use crate::stack::turn::forget_held;
 
 type Call<'a, 'w> = Cx<'a, 'w, StackHost>;
 
-/// A leaf that remembers nothing.
+/// A leaf without state.
 pub struct Once(pub fn(&mut StackWorld<'_>) -> Status);
 
 impl Leaf<StackHost> for Once {
@@ -32,7 +32,7 @@ fn answer(holds: bool) -> Status {
     }
 }
 
-/// Nothing is under way and every cube is at its goal.
+/// No transfer is in progress, and every cube is at its goal.
 pub fn all_stacked(world: &mut StackWorld<'_>) -> Status {
     if world.transfer.is_some() {
         return Status::Failure;
@@ -50,7 +50,7 @@ pub fn cube_dropped(world: &mut StackWorld<'_>) -> Status {
     answer(transfer.is_some_and(|transfer| transfer.dropped(&world.turn)))
 }
 
-/// The transfer is over after a drop: the arm stops and the gripper opens.
+/// Ends the transfer after a drop: the arm stops and the gripper opens.
 pub fn clear_dropped(world: &mut StackWorld<'_>) -> Status {
     if let Some(transfer) = world.transfer.take() {
         world.turn.note_drop(transfer.cube);
@@ -59,16 +59,17 @@ pub fn clear_dropped(world: &mut StackWorld<'_>) -> Status {
     Status::Success
 }
 
-/// The held cube cannot go where it was going: a lower one is not in place, or
-/// another one is there. A cube that is only moved out of the way has no place in
-/// the stack at all.
+/// The held cube cannot go to its destination: a lower cube is not in place, or another one is
+/// there. A cube that is only moved out of the way has no place in the stack at all.
 pub fn stack_below_broken(world: &mut StackWorld<'_>) -> Status {
     let held = world.transfer.as_ref().filter(|t| t.phase.holding());
     answer(held.is_some_and(|t| t.aborted || t.destination_lost(&world.turn)))
 }
 
-/// Chooses the next cube; runs while there is none within reach.
+/// Chooses the next cube; runs while none is within reach.
 pub fn select_next_cube(world: &mut StackWorld<'_>) -> Status {
+    // A cube is in the gripper already, found after a restart: choosing another one would drop
+    // it.
     if world.transfer.is_some_and(|t| t.phase.holding()) {
         return Status::Success;
     }
@@ -80,26 +81,26 @@ pub fn select_next_cube(world: &mut StackWorld<'_>) -> Status {
     Status::Running
 }
 
-/// The transfer is over.
+/// Ends the transfer.
 pub fn clear_transfer(world: &mut StackWorld<'_>) -> Status {
     *world.transfer = None;
     forget_held(world.turn.world.job);
     Status::Success
 }
 
-/// The leaf that most of the tree is made of: one phase of a transfer.
+/// One phase of a transfer; most leaves of the tree are of this type.
 pub struct PhaseLeaf {
     /// Its name in the tree.
     pub name: &'static str,
     /// The phase.
     pub phase: Phase,
-    /// The held cube goes back; the first such phase decides to where.
+    /// Whether the held cube is taken back; the first such phase chooses the place.
     pub back: bool,
 }
 
 impl PhaseLeaf {
-    /// Picking up is over before it begins when the cube is in the gripper, and
-    /// carrying it when it is there.
+    /// Whether the phase has nothing to do: picking up with the cube in the gripper already,
+    /// and carrying with the cube at its destination.
     fn is_superfluous(&self, world: &StackWorld<'_>) -> bool {
         let held = world.transfer.as_ref().filter(|t| t.phase.holding());
         held.is_some_and(|transfer| match self.phase {
@@ -109,11 +110,11 @@ impl PhaseLeaf {
         })
     }
 
-    /// Whether a cube that went away while it was picked up ends the attempt. Above
-    /// one that only moved the fingers are turned again: it may have other neighbours
-    /// now.
+    /// Whether a cube that moved away while it was picked up ends the attempt. Above one that
+    /// only moved, the fingers are turned again, since it may have other neighbours now.
     fn lost_sight(&self, transfer: &mut Transfer, world: &mut StackWorld<'_>) -> bool {
         let turn = &mut world.turn;
+        // Only in APPROACH: in PRE_GRASP the arm follows the cube instead.
         if transfer.cube_moved(turn) && self.phase == Phase::Approach {
             let name = self.name;
             let line = format_args!("[{name}] target drifted, restarting pickup");
@@ -128,7 +129,7 @@ impl PhaseLeaf {
         if self.phase == Phase::PreGrasp && transfer.cube_moved(&world.turn) {
             transfer.look(&world.turn);
         }
-        // Said before the check, so also in the decision in which it fails.
+        // Commanded before the check, so also in the decision in which the check fails.
         let leg = transfer.drive(&mut world.turn);
         if self.lost_sight(transfer, world) {
             return Status::Failure;
@@ -139,6 +140,7 @@ impl PhaseLeaf {
                 world.turn.note_blocked(transfer.cube);
                 return Status::Failure;
             }
+            // A time-out advances: the next phase or a condition finds out what went wrong.
             Leg::Timeout => {
                 let line = format_args!("[{}] timeout, advancing", self.name);
                 world.turn.world.out.log(line);
@@ -151,7 +153,7 @@ impl PhaseLeaf {
 }
 
 impl Leaf<StackHost> for PhaseLeaf {
-    /// There was nothing to do when it began.
+    /// Whether the phase had nothing to do when it started.
     type State = bool;
 
     fn start(&self, superfluous: &mut bool, cx: &mut Call<'_, '_>) -> Result<(), Fault> {
@@ -159,6 +161,8 @@ impl Leaf<StackHost> for PhaseLeaf {
         *superfluous = self.is_superfluous(world);
         if let Some(transfer) = world.transfer.as_mut().filter(|_| !*superfluous) {
             let turn = &mut world.turn;
+            // Once for each return: a later phase would choose another spawn while the cube is
+            // on its way.
             if self.back && !transfer.aborted {
                 transfer.abort(turn);
             }
@@ -178,7 +182,7 @@ impl Leaf<StackHost> for PhaseLeaf {
             return Err(Fault::Node("a phase began without a cube"));
         };
         let status = self.work(&mut transfer, cx.world);
-        // A job that failed and is started again looks what is in the gripper.
+        // A job that failed and is started again checks what is in the gripper.
         let failed = cx.world.turn.world.job.failure.is_some();
         *cx.world.transfer = (!failed).then_some(transfer);
         Ok(status)

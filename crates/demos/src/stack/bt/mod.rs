@@ -1,5 +1,5 @@
-//! The stacking job as a behaviour tree written in code: priorities from left
-//! to right, recovery branches before the normal flow.
+//! The stacking job as a behaviour tree written in code: priorities from left to right,
+//! recovery branches before the normal sequence.
 
 pub mod leaves;
 pub mod shape;
@@ -22,14 +22,14 @@ use super::setup::StackSetup;
 use super::transfer::Transfer;
 use super::turn::Turn;
 
-/// Names the world of the tree.
+/// The host type of the tree.
 pub struct StackHost;
 
-/// What the leaves of the tree see and reach during a tick.
+/// What the leaves of the tree read and change during a tick.
 pub struct StackWorld<'w> {
     /// The decision being made.
     pub turn: Turn<'w>,
-    /// The cube that is picked up or held.
+    /// The cube that is being picked up or held.
     pub transfer: &'w mut Option<Transfer>,
 }
 
@@ -41,7 +41,7 @@ impl Host for StackHost {
 pub struct StackBt {
     setup: Arc<StackSetup>,
     tree: Tree<StackHost>,
-    /// The checkpoint of a tree that never ran.
+    /// Checkpoint of the tree before its first tick.
     initial: Vec<u8>,
     transfer: Option<Transfer>,
     trace: TreeTrace,
@@ -55,7 +55,7 @@ struct Record {
 }
 
 impl StackBt {
-    /// A policy that has not begun.
+    /// A policy before its first decision.
     pub fn new(setup: Arc<StackSetup>, tree: Tree<StackHost>) -> Self {
         let mut initial = Vec::new();
         tree.save(&mut initial);
@@ -68,7 +68,7 @@ impl StackBt {
         }
     }
 
-    /// Forgets which nodes run; the tree itself wrote what is read here.
+    /// Resets all nodes. It cannot fail: the tree itself wrote these bytes.
     fn restart_tree(&mut self) {
         let _carried = self.tree.restore(&self.initial).is_ok();
     }
@@ -77,6 +77,8 @@ impl StackBt {
 impl AnyPolicy for StackBt {
     fn replace(&mut self, rules: &[Replace]) -> Result<(), String> {
         replace_leaves([&mut self.tree], rules)?;
+        // Replaced leaves change the layout of a checkpoint, so that of the start is written
+        // again.
         self.initial.clear();
         self.tree.save(&mut self.initial);
         Ok(())
@@ -123,6 +125,7 @@ impl AnyPolicy for StackBt {
         self.reset();
         let record: Record = checkpoint::from_bytes(bytes)?;
         let cubes = self.setup.cubes.len();
+        // A checkpoint of another cell may have more cubes; its index would be out of range.
         if record
             .transfer
             .is_some_and(|transfer| transfer.cube >= cubes)
@@ -143,7 +146,8 @@ impl AnyPolicy for StackBt {
             return;
         };
         if Transfer::reconcile(&mut self.transfer, &mut turn) {
-            // Leaves that pick up succeed at once with a cube in the gripper.
+            // Leaves that pick up succeed at once with a cube in the gripper, so starting over
+            // is safe.
             self.restart_tree();
         }
     }

@@ -1,4 +1,4 @@
-//! The tree: 26 nodes, recovery to the left of the normal flow.
+//! The tree: 26 nodes, recovery to the left of the normal sequence.
 
 use behavior::Status;
 use behavior::board::Board;
@@ -14,12 +14,13 @@ use crate::stack::Phase;
 
 type Part = Node<StackHost>;
 
-/// The tree, before its first tick. A selector without memory asks its children
-/// from the left at every tick.
+/// The tree before its first tick. Its root, a selector without memory, ticks its children from
+/// the left in every tick.
 ///
 /// # Errors
-/// [`TreeError`], which would be a mistake in here.
+/// Returns [`TreeError`] for a mistake in this function.
 pub fn tree() -> Result<Tree<StackHost>, TreeError> {
+    // Drop recovery before stack recovery: a cube that is no longer held cannot be taken back.
     let drop_recovery = vec![
         condition("CubeDropped", cube_dropped),
         once("ClearDropped", clear_dropped),
@@ -47,6 +48,8 @@ pub fn tree() -> Result<Tree<StackHost>, TreeError> {
         phase("Grasp", Phase::Grasp, false),
         Node::sequence("Place", Memory::Yes, place),
     ];
+    // Each branch has memory, the root has none: a recovery preempts at any tick, but a branch
+    // that runs continues with its current child instead of asking its conditions again.
     let branches = vec![
         condition("AllStacked", all_stacked),
         Node::sequence("DropRecovery", Memory::Yes, drop_recovery),
@@ -57,7 +60,7 @@ pub fn tree() -> Result<Tree<StackHost>, TreeError> {
     Tree::new("bt", root, Board::new())
 }
 
-/// The five phases from the pick-up to the free gripper.
+/// The five phases from the lift to the open, free gripper.
 fn set_down(names: [&'static str; 5], back: bool) -> Vec<Part> {
     let phases = Phase::RING.into_iter().skip(Phase::Lift as usize);
     let steps = names.into_iter().zip(phases);
