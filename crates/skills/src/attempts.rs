@@ -1,12 +1,11 @@
-//! What went wrong with an object, and when it has gone wrong too often.
+//! Failures with objects, and the end of a job after too many of them.
 
 use behavior::Status;
 use robocell_task::{PolicyTime, TraceEvent};
 
 use crate::world::World;
 
-/// An object out of reach is waited for this long; the operator may bring it
-/// back (s).
+/// Time for which an object out of reach is waited for (s); the operator may bring it back.
 const REACH_PATIENCE_S: f64 = 10.0;
 
 impl World<'_> {
@@ -30,8 +29,7 @@ impl World<'_> {
             .event(TraceEvent::Resync, format_args!("[resync] {name} moved"));
     }
 
-    /// Counts a failed pick-up of an object. After `most` in a row the job fails
-    /// with `reason`.
+    /// Counts a failed pick-up of an object. After `most` in a row the job fails with `reason`.
     pub fn count_failed_pick(&mut self, object: usize, most: u32, reason: &str) {
         let Some(attempts) = self.job.attempts_mut(object) else {
             return;
@@ -44,8 +42,8 @@ impl World<'_> {
         }
     }
 
-    /// Counts that an object did not stay where it was set down. After `most` in a
-    /// row the job fails with `reason`.
+    /// Counts a set-down whose object did not stay in place. After `most` in a row the job
+    /// fails with `reason`.
     pub fn count_failed_place(&mut self, object: usize, most: u32, reason: &str) {
         let Some(attempts) = self.job.attempts_mut(object) else {
             return;
@@ -58,13 +56,15 @@ impl World<'_> {
         }
     }
 
-    /// Waits for an object that is out of reach; it fails, and the job with
-    /// `reason`, when it stays there. `Job::unreachable_since` has to be emptied
-    /// when the object is within reach again.
+    /// Waits for an object that is out of reach. Returns failure, and fails the job with
+    /// `reason`, if it stays there. `Job::unreachable_since` has to be cleared when the object
+    /// is within reach again.
     pub fn wait_for_reach(&mut self, object: usize, reason: &str) -> Status {
         let now = self.now();
         let setup = self.setup;
         let name = setup.object_name(object);
+        // The start of the wait is in the job, not in the skill: another skill continues the
+        // same wait.
         let Some(since) = self.job.unreachable_since else {
             self.out.log(format_args!("[wait] {name} is out of reach"));
             self.job.unreachable_since = Some(now);

@@ -1,4 +1,4 @@
-//! What can be asked about the cell. A condition remembers nothing.
+//! Conditions about the cell. A condition has no state.
 
 use nalgebra::Vector3;
 
@@ -52,8 +52,7 @@ pub enum Condition {
         /// As above.
         tolerance_m: f64,
     },
-    /// The object's centre is below this height (m), or it is not in the cell any
-    /// more.
+    /// The object's centre is below this height (m), or it is no longer in the cell.
     Fallen {
         /// The object.
         object: usize,
@@ -64,7 +63,7 @@ pub enum Condition {
     Reachable(usize),
     /// The object does not move.
     AtRest(usize),
-    /// No other object is on it; those in grippers do not count.
+    /// No other object is on top of it; those in grippers do not count.
     Uncovered(usize),
     /// The object's z axis points up.
     Upright(usize),
@@ -77,8 +76,8 @@ pub enum Condition {
 }
 
 impl Condition {
-    /// Whether it holds now. One about an object that is not in the cell does
-    /// not.
+    /// Whether the condition holds now. A condition about an object that is not in the cell
+    /// does not.
     pub fn holds(&self, world: &World<'_>) -> bool {
         match *self {
             Self::Holding(object) => match object {
@@ -103,10 +102,13 @@ impl Condition {
                 position.z >= above_m && (position - world.tcp_position()).norm() <= within_m
             }),
             Self::Full { place, tolerance_m } => {
+                // No object has this index, so none is excluded from the occupied slots.
                 world.free_slot(usize::MAX, place, tolerance_m).is_none()
             }
             Self::Fallen { object, below_m } => {
                 let position = world.position(object);
+                // An object that is parked has no position but is known: it fell out and was
+                // cleared.
                 let known = world.observation.object(object).is_some();
                 known && position.is_none_or(|position| position.z < below_m)
             }

@@ -7,7 +7,7 @@ use crate::progress::Progress;
 use crate::skill::Skill;
 use crate::world::World;
 
-/// The arm stays where it was sent for this long.
+/// Keeps the arm at its last goal for this time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Wait {
     /// How long.
@@ -17,15 +17,15 @@ pub struct Wait {
 /// Starts or stops the belt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Conveyor {
-    /// It shall run.
+    /// Whether it shall run.
     pub run: bool,
 }
 
-/// Asks for the next bin.
+/// Requests the next bin.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AddBin;
 
-/// Asks the dispenser for parts.
+/// Requests parts from the dispenser.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DropParts;
 
@@ -48,6 +48,8 @@ impl Skill for Conveyor {
 
 impl Skill for AddBin {
     fn step(&self, _progress: &mut Progress, world: &mut World<'_>) -> Status {
+        // A counter: physics serves what it grew by, so a repeated message requests nothing
+        // twice.
         world.job.io.add_bin += 1;
         Status::Success
     }

@@ -5,9 +5,9 @@ use std::f64::consts::FRAC_PI_2;
 use ipc_types::Pose;
 use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector2, Vector3};
 
-/// Turn of a cuboid about the vertical axis, within -45 and 45 degrees (rad): a
-/// quarter turn changes nothing. It is read from the body axis that is closest
-/// to horizontal, so a cuboid on its side has one, too.
+/// Turn of a cuboid about the vertical axis, -45 to 45 degrees (rad): a quarter turn makes no
+/// difference. It is read from the body axis nearest to the horizontal plane, so it is defined
+/// for a cuboid on its side, too.
 pub fn yaw(pose: &Pose) -> f64 {
     let rotation = rotation(pose.orientation_wxyz);
     let mut flattest = rotation * Vector3::x();
@@ -19,32 +19,30 @@ pub fn yaw(pose: &Pose) -> f64 {
     nearest_quarter(libm::atan2(flattest.y, flattest.x), 0.0)
 }
 
-/// Turn of a tool about the vertical axis (rad): where its x axis points.
+/// Turn of a tool about the vertical axis (rad): the direction of its x axis.
 pub fn tool_yaw(tcp: &Pose) -> f64 {
     let axis = rotation(tcp.orientation_wxyz) * Vector3::x();
     libm::atan2(axis.y, axis.x)
 }
 
-/// The angle equal to `angle` up to quarter turns that is nearest to
-/// `reference` (rad).
+/// The angle nearest to `reference` that differs from `angle` by quarter turns (rad).
 pub fn nearest_quarter(angle: f64, reference: f64) -> f64 {
     angle - ((angle - reference) / FRAC_PI_2).round() * FRAC_PI_2
 }
 
-/// Orientation of a tool whose z axis points straight down, turned by `yaw`
-/// about the vertical axis; w x y z. With no turn it is (0, 1, 0, 0) and two
-/// fingers close along the world's y axis.
+/// Orientation (w x y z) of a tool whose z axis points straight down, turned by `yaw` about the
+/// vertical axis (rad). Without a turn it is (0, 1, 0, 0), and two fingers close along the
+/// world's y axis.
 pub fn straight_down(yaw: f64) -> [f64; 4] {
     [0.0, libm::cos(yaw / 2.0), libm::sin(yaw / 2.0), 0.0]
 }
 
-/// Orientation of a tool whose x axis points straight down, turned by `yaw`
-/// about the vertical axis (rad); w x y z. With no turn the tool's z axis is
-/// parallel to the world's x axis.
+/// Orientation (w x y z) of a tool whose x axis points straight down, turned by `yaw` about the
+/// vertical axis (rad). Without a turn the tool's z axis is parallel to the world's x axis.
 pub fn straight_down_by_x(yaw: f64) -> [f64; 4] {
     let half = 0.5 * yaw;
     let turn = Quaternion::new(libm::cos(half), 0.0, 0.0, libm::sin(half));
-    // A quarter turn about y: x goes to -z, z to x.
+    // A quarter turn about y maps x to -z, and z to x.
     let h = std::f64::consts::FRAC_1_SQRT_2;
     let down = Unit::new_normalize(turn * Quaternion::new(h, 0.0, h, 0.0));
     [down.w, down.i, down.j, down.k]
@@ -53,6 +51,8 @@ pub fn straight_down_by_x(yaw: f64) -> [f64; 4] {
 /// Angle between two orientations (rad), 0 to pi.
 pub fn angle_between(a: [f64; 4], b: [f64; 4]) -> f64 {
     let dot: f64 = a.iter().zip(b).map(|(x, y)| x * y).sum();
+    // The absolute value: q and -q are one rotation. The clamp: rounding may give
+    // 1.0000000000000002, whose arc cosine is NaN.
     2.0 * libm::acos(dot.abs().min(1.0))
 }
 
@@ -61,7 +61,7 @@ pub fn plane_distance(a: Vector3<f64>, b: Vector3<f64>) -> f64 {
     (a.xy() - b.xy()).norm()
 }
 
-/// `offset` turned by `angle` (rad).
+/// `offset` turned by `angle` (rad) in the plane.
 pub fn turned(offset: Vector2<f64>, angle: f64) -> Vector2<f64> {
     let (sin, cos) = (libm::sin(angle), libm::cos(angle));
     Vector2::new(

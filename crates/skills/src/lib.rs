@@ -1,18 +1,17 @@
-//! Building blocks of tasks, independent of any job: motions, grips, picking,
-//! placing, waiting, equipment, and conditions about what is seen.
+//! Building blocks of tasks, independent of any job: motions, grips, picking, placing, waiting,
+//! equipment, and conditions about the observed cell.
 //!
-//! They are used in four ways: from Rust, where a [`World`] is the view of one
-//! arm and every skill is a value with a [`Skill::step`]; as node types of a
-//! JSON tree; as steps of a state in a machine file; and as steps of a handler
-//! in a matrix file. [`with_file_jobs`] adds the three kinds of `[task]` that
-//! need no Rust: `tree`, `machine` and `matrix`.
+//! They are used in four ways: from Rust, where a [`World`] is the view of one arm and every
+//! skill is a value with a [`Skill::step`]; as node types of a JSON tree; as steps of a state
+//! in a machine file; and as steps of a handler in a matrix file. [`with_file_jobs`] adds the
+//! three kinds of `[task]` that need no Rust: `tree`, `machine` and `matrix`.
 //!
-//! [`path`] has motions over several waypoints, [`shared`] what arms side by side
-//! tell each other, [`MachineRun`] and [`matrix`] run a machine or a matrix whose
-//! actions are in Rust.
+//! [`path`] has motions over several waypoints, [`shared`] the communication between arms in
+//! one cell, and [`MachineRun`] and [`matrix`] run a machine or a matrix whose actions are in
+//! Rust.
 //!
-//! What may be changed here: what a skill does and how it recovers. Nothing here
-//! knows a cube, a bin or a demo.
+//! How a skill works and recovers is decided here. No code here depends on a cube, a bin or a
+//! demo.
 #![forbid(unsafe_code)]
 
 pub mod ability;

@@ -1,4 +1,4 @@
-//! A machine at work in a policy: what happens in it goes to the trace.
+//! A machine in a policy, whose changes are written to the trace.
 
 use std::sync::Arc;
 
@@ -6,7 +6,7 @@ use behavior::machine::{Actions, Happening, Machine, StateId, Table};
 use behavior::{Graph, NodeStatus};
 use robocell_task::{Output, TraceEvent};
 
-/// Says that more happened in one call than its trace has room for.
+/// Reports that a call had more changes than its trace has room for.
 pub(crate) fn lost(happenings: u32, out: &mut Output) {
     if happenings > 0 {
         let room = behavior::machine::TRACE_CAPACITY;
@@ -24,7 +24,7 @@ pub struct MachineRun {
 }
 
 impl MachineRun {
-    /// In its first state.
+    /// A machine in its first state.
     pub fn new(table: Arc<Table>) -> Self {
         Self {
             machine: Machine::new(Arc::clone(&table)),
@@ -32,7 +32,7 @@ impl MachineRun {
         }
     }
 
-    /// Back in its first state.
+    /// Resets the machine to its first state.
     pub fn reset(&mut self) {
         *self = Self::new(Arc::clone(&self.table));
     }
@@ -42,7 +42,7 @@ impl MachineRun {
         self.machine.state_name()
     }
 
-    /// Fires a trigger by its name; whether a row was taken.
+    /// Fires a trigger by its name; returns whether a row was taken.
     pub fn fire(&mut self, trigger: &str, actions: &mut impl Actions, out: &mut Output) -> bool {
         let Some(id) = self.table.trigger(trigger) else {
             return false;
@@ -59,7 +59,7 @@ impl MachineRun {
         }
     }
 
-    /// Puts the machine into a state without a row: what is seen allows no other.
+    /// Puts the machine into a state without a row, where the observation allows no other.
     pub fn set(&mut self, state: &str, why: &str, out: &mut Output) {
         let before = self.machine.state();
         if let Some(id) = self.table.state(state).filter(|id| *id != before) {
@@ -68,7 +68,7 @@ impl MachineRun {
         }
     }
 
-    /// Says which guards were asked, and which state was left for which, and why.
+    /// Traces the evaluated guards, and each transition with its trigger.
     pub(crate) fn tell(&self, out: &mut Output) {
         for happening in self.machine.trace() {
             match *happening {
@@ -91,6 +91,8 @@ impl MachineRun {
     fn tell_change(&self, from: StateId, to: StateId, why: &str, out: &mut Output) {
         let node = |state: StateId| (0, state.index());
         out.status(node(from), NodeStatus::Running, NodeStatus::Invalid, why);
+        // Traced as end and start of a state, so a picture of the graph follows without a full
+        // status.
         let mut statuses = self.machine.statuses();
         let entered = statuses.nth(to.index()).unwrap_or(NodeStatus::Running);
         out.status(node(to), NodeStatus::Invalid, entered, why);
@@ -115,11 +117,11 @@ impl MachineRun {
         bytes
     }
 
-    /// Takes back what [`Self::save`] gave.
+    /// Restores the bytes of [`Self::save`].
     ///
     /// # Errors
-    /// For a checkpoint that is damaged or of another machine; nothing has changed
-    /// then.
+    /// Returns an error for a checkpoint that is damaged or of another machine; nothing has
+    /// changed then.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
         let restored = self.machine.restore(bytes);
         restored.map_err(serde::de::Error::custom)

@@ -14,26 +14,24 @@ use crate::skill::Skill;
 use crate::way::Way;
 use crate::world::{Drive, World};
 
-/// Joints nearer than this to their positions are there (rad or m).
+/// Joints nearer than this to their positions have arrived (rad or m).
 const JOINT_TOLERANCE: f64 = 0.03;
-/// A motion of all joints takes no longer (s).
+/// Largest duration of a motion of all joints (s).
 const HOME_TIMEOUT_S: f64 = 10.0;
 
-/// Where a motion ends.
+/// The goal of a motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Target {
     /// The TCP at this pose, world frame.
     Pose(Pose),
-    /// The TCP where it grips an object from above, or above that; it follows
-    /// the object.
+    /// The TCP at the grip of an object from above, or above that; it follows the object.
     Object {
         /// The object.
         object: usize,
         /// Height above the grip (m).
         above_m: f64,
     },
-    /// The TCP where the object in the gripper is in the next free slot of a
-    /// place, or above that.
+    /// The TCP with the object in the gripper in the next free slot of a place, or above that.
     Place {
         /// The object.
         object: usize,
@@ -42,37 +40,36 @@ pub enum Target {
         /// Height above (m).
         above_m: f64,
     },
-    /// Straight up from where the motion began.
+    /// Straight up from the start of the motion.
     Up {
         /// How far (m).
         by_m: f64,
     },
 }
 
-/// Brings the TCP to a target. It succeeds at once where the arm is at rest there
-/// already. It fails when the target is out of reach or not reached in time, when an
-/// object that shall be in the gripper is lost, and when an object that shall
-/// stay where it is moves.
+/// Brings the TCP to a target. It succeeds at once if the arm is at rest there. It fails if the
+/// target is out of reach or not reached in time, if an object that shall be in the gripper is
+/// lost, or if an object that shall keep its place moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MoveTo {
     /// Where to.
     pub target: Target,
-    /// Exactly and in a straight line.
+    /// Whether the motion is exact and in a straight line.
     pub precise: bool,
-    /// What the gripper does meanwhile.
+    /// Goal of the gripper during the motion.
     pub gripper: GripperGoal,
     /// Object that has to stay in the gripper.
     pub holding: Option<usize>,
-    /// How far the target's object may move in the plane (m).
+    /// Largest motion of the target's object in the plane (m).
     pub move_tolerance_m: f64,
-    /// It fails after this.
+    /// Time after which it fails.
     pub timeout: PolicyTime,
     /// Posture, corridor and obstacles.
     pub way: Way,
 }
 
 impl MoveTo {
-    /// To `target`, not very exactly, within 10 s.
+    /// A motion to `target`, not very exact, within 10 s.
     pub fn new(target: Target) -> Self {
         Self {
             target,
@@ -85,7 +82,7 @@ impl MoveTo {
         }
     }
 
-    /// To the grip of an object and `above_m` above it (m), gripper open.
+    /// A motion to the grip of an object and `above_m` above it (m), with the gripper open.
     pub fn object(object: usize, above_m: f64) -> Self {
         Self {
             precise: above_m <= 0.0,
@@ -94,8 +91,8 @@ impl MoveTo {
         }
     }
 
-    /// With the object in the gripper to the next free slot of a place and
-    /// `above_m` above it (m).
+    /// A motion with the object in the gripper to the next free slot of a place, and `above_m`
+    /// above it (m).
     pub fn place(object: usize, place: usize, above_m: f64) -> Self {
         Self {
             precise: above_m <= 0.0,
@@ -108,7 +105,7 @@ impl MoveTo {
         }
     }
 
-    /// Straight up by `by_m` (m).
+    /// A motion straight up by `by_m` (m).
     pub fn up(by_m: f64) -> Self {
         Self {
             precise: true,
@@ -116,7 +113,7 @@ impl MoveTo {
         }
     }
 
-    /// With an object that has to stay in the gripper.
+    /// Adds an object that has to stay in the gripper.
     #[must_use]
     pub fn holding(mut self, object: usize) -> Self {
         self.holding = Some(object);
@@ -124,8 +121,8 @@ impl MoveTo {
         self
     }
 
-    /// The TCP now wanted; `None` where the target cannot be told, or is out of
-    /// reach. The part that does not follow is kept in `progress`.
+    /// The pose of the TCP in this decision; `None` if the target is unknown or out of reach.
+    /// The part that does not follow the object is kept in `progress`.
     fn pose(&self, progress: &mut Progress, world: &World<'_>) -> Option<Pose> {
         let pose = self.wanted(progress, world)?;
         world.reaches(pose.position.into()).then_some(pose)
@@ -136,6 +133,8 @@ impl MoveTo {
             Target::Pose(pose) => Some(pose),
             Target::Object { object, above_m } => {
                 let seen = world.placement(object)?;
+                // The turn is chosen at the start and kept near it: the nearest quarter to the
+                // turning tool would turn the wrist with the object.
                 let reference = progress.anchor.map_or(world.tool_yaw(), |a| a.yaw);
                 let at = Placement {
                     yaw: geometry::nearest_quarter(seen.yaw, reference),
@@ -149,6 +148,8 @@ impl MoveTo {
                 place,
                 above_m,
             } => {
+                // Chosen once: another object may take the free slot while this one is on its
+                // way there.
                 let at = match progress.anchor {
                     Some(at) => at,
                     None => *progress.anchor.insert(destination(object, place, world)?),
@@ -176,7 +177,7 @@ impl MoveTo {
         }
     }
 
-    /// Whether the target's object has moved away from where it was.
+    /// Whether the target's object has moved from its position at the start.
     fn has_moved(&self, progress: &Progress, world: &World<'_>) -> bool {
         let (Target::Object { object, .. }, Some(anchor)) = (self.target, progress.anchor) else {
             return false;
@@ -188,8 +189,8 @@ impl MoveTo {
     }
 }
 
-/// The TCP at which the object in the gripper is in the next free slot: its
-/// position (m) and its turn (rad).
+/// The TCP at which the object in the gripper is in the next free slot: its position (m) and
+/// turn (rad).
 pub(crate) fn destination(object: usize, place: usize, world: &World<'_>) -> Option<Placement> {
     let slot = world.free_slot(object, place, PLACE_TOLERANCE_M)?;
     let goal = world.setup.goal(object, place, slot)?;
@@ -202,6 +203,7 @@ pub(crate) fn destination(object: usize, place: usize, world: &World<'_>) -> Opt
 
 impl Skill for MoveTo {
     fn step(&self, progress: &mut Progress, world: &mut World<'_>) -> Status {
+        // Before anything else: without the object the motion would go on with empty fingers.
         if let Some(object) = self.holding
             && world.is_lost(object, &mut progress.missed)
         {
@@ -210,6 +212,7 @@ impl Skill for MoveTo {
         let Some(target) = self.pose(progress, world) else {
             return Status::Failure;
         };
+        // A failure, not a correction: the node above decides whether to pick up again.
         if self.has_moved(progress, world) {
             world.job.counters.resyncs += 1;
             return Status::Failure;
@@ -227,10 +230,14 @@ impl Skill for MoveTo {
             Target::Object { object, .. } | Target::Place { object, .. } => Some(object),
             Target::Pose(_) | Target::Up { .. } => self.holding,
         };
+        // Only in the first decision: an arm that passes its target while it moves is not at
+        // rest there.
         let begins = progress.stage == 0 && !progress.step.has_begun();
         if begins && world.is_there(&drive) {
             return Status::Success;
         }
+        // Travel starts with a rise if the tool is beside an object; a precise motion is meant to
+        // be near one.
         let leaves = progress.stage == 0 && !self.precise;
         if leaves && !is_clear(&mut progress.step, object, world) {
             return Status::Running;
@@ -248,14 +255,14 @@ impl Skill for MoveTo {
     }
 }
 
-/// A tool that leaves an object rises by this (m).
+/// Height by which a tool rises that leaves an object (m).
 const CLEAR_M: f64 = 0.1;
-/// It takes no longer (s).
+/// Largest duration of that (s).
 const CLEAR_TIMEOUT_S: f64 = 3.0;
 
-/// Whether the tool is clear of objects other than `object` and what is held. Where
-/// it is not, as after a place that was interrupted, it rises: the way of another
-/// motion would drag them along. `step` is the motion's own until it is clear.
+/// Whether the tool is clear of objects other than `object` and the held one. If it is not, as
+/// after an interrupted place, it rises: another motion would drag the objects along. `step` is
+/// used for the rise until the tool is clear.
 pub(crate) fn is_clear(step: &mut Step, object: Option<usize>, world: &mut World<'_>) -> bool {
     let beside = world.beside_tool(object);
     if !step.has_begun() && beside.is_none() {
@@ -267,7 +274,7 @@ pub(crate) fn is_clear(step: &mut Step, object: Option<usize>, world: &mut World
         position: [x, y, z + CLEAR_M],
         orientation_wxyz: world.tool().down(world.tool_yaw()),
     };
-    // Empty fingers that were told to open continue opening.
+    // Empty fingers that had begun to open continue to do so.
     let gripper = match world.held() {
         Some(_) => GripperGoal::Keep,
         None => GripperGoal::Open,
@@ -277,10 +284,12 @@ pub(crate) fn is_clear(step: &mut Step, object: Option<usize>, world: &mut World
         ..Drive::precise(target, gripper)
     };
     let risen = world.drive(step, &drive.near(beside));
+    // After the time limit the motion starts all the same: an arm that cannot rise must not
+    // wait for ever.
     risen || lasted >= PolicyTime::from_seconds(CLEAR_TIMEOUT_S)
 }
 
-/// Brings the joints to where they were at the start of the run.
+/// Brings the joints to their positions at the start of the run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Home;
 
@@ -301,6 +310,7 @@ impl Skill for Home {
         let near = joints
             .map(|(is, wanted)| (is - wanted).abs())
             .all(|off| off < JOINT_TOLERANCE);
+        // Followed, too: joints near their goal may belong to an older goal that passes there.
         let followed = world.is_followed(progress.step.key);
         world.act(ArmIntent {
             kind: GoalKind::Joints,
@@ -320,8 +330,7 @@ impl Skill for Home {
     }
 }
 
-/// Follows the operator's target and gripper requests, if they are for this arm;
-/// never ends.
+/// Follows the operator's target and gripper requests for this arm; never ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FollowOperator;
 
@@ -346,7 +355,7 @@ impl Skill for FollowOperator {
     }
 }
 
-/// Height of a point above another (m).
+/// Height of `to` above a point (m); 0 if it is below.
 pub(crate) fn rise(from: Vector3<f64>, to: f64) -> f64 {
     (to - from.z).max(0.0)
 }

@@ -1,7 +1,7 @@
 //! Enumerations whose values have names in a behaviour file.
 
-/// Values and their names, both in one order: the index in it is the id the
-/// engines of `behavior` use, so it is what their vocabulary lists.
+/// Values and their names, both in the same order. The index of a value is its id in the
+/// engines of `behavior`, so this order is that of their vocabulary.
 pub trait Named: Copy + 'static {
     /// All values.
     const ALL: &'static [Self];
@@ -11,7 +11,7 @@ pub trait Named: Copy + 'static {
     /// Index of the value.
     fn index(self) -> u16;
 
-    /// The value of an index; `None` behind the last.
+    /// The value of an index; `None` after the last.
     fn at(index: u16) -> Option<Self> {
         Self::ALL.get(usize::from(index)).copied()
     }

@@ -1,5 +1,5 @@
-//! Calculating with poses, and a pose in a checkpoint. The approach axis of a
-//! suction cup is its frame's x axis. Quaternions are w x y z.
+//! Calculations with poses, and a pose in a checkpoint. The approach axis of a suction cup is
+//! its frame's x axis. Quaternions are w x y z.
 
 use ipc_types::Pose;
 use ipc_types::validate::MAX_POSITION_M;
@@ -8,10 +8,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::geometry::rotation;
 
-/// The quaternion of a cell file has four decimals: its norm is one within this.
+/// Tolerance of the norm of a quaternion from a cell file, which has four decimals.
 const UNIT: f64 = 1.0e-4;
 
-/// A pose as plain data, for a checkpoint; its field says in which frame.
+/// A pose as plain data, for a checkpoint; the field that has it names the frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct KeptPose {
     /// Position (m).
@@ -21,7 +21,7 @@ pub struct KeptPose {
 }
 
 impl KeptPose {
-    /// To calculate with.
+    /// The pose for calculations.
     pub fn isometry(&self) -> Isometry3<f64> {
         isometry(&(*self).into())
     }
@@ -57,8 +57,9 @@ impl From<KeptPose> for Pose {
     }
 }
 
-/// Whether restored numbers are finite and not beyond `limit`.
+/// Whether restored numbers are finite and at most `limit`.
 pub fn within(values: &[f64], limit: f64) -> bool {
+    // NaN is not at most anything, so it is refused as well.
     values.iter().all(|value| value.abs() <= limit)
 }
 
@@ -67,10 +68,12 @@ pub fn wxyz(rotation: &UnitQuaternion<f64>) -> [f64; 4] {
     [rotation.w, rotation.i, rotation.j, rotation.k]
 }
 
-/// The pose with a unit quaternion, as messages want it: that of a cell file has
-/// four decimals. One that is a unit stays what it is, bit by bit.
+/// The pose with a unit quaternion, as messages require it: that of a cell file has four
+/// decimals. A unit quaternion keeps its bits.
 pub fn with_unit_quaternion(pose: &Pose) -> Pose {
     let norm = nalgebra::Vector4::from(pose.orientation_wxyz).norm();
+    // Without this a pose would change in its last bit with each copy, and with it the state
+    // hash.
     if (norm - 1.0).abs() < 1.0e-9 {
         return *pose;
     }
@@ -80,13 +83,13 @@ pub fn with_unit_quaternion(pose: &Pose) -> Pose {
     }
 }
 
-/// A pose to calculate with.
+/// A pose for calculations.
 pub fn isometry(pose: &Pose) -> Isometry3<f64> {
     let [x, y, z] = pose.position;
     Isometry3::from_parts(Translation3::new(x, y, z), rotation(pose.orientation_wxyz))
 }
 
-/// A pose as messages have it.
+/// A pose in the form of messages.
 pub fn wire(pose: &Isometry3<f64>) -> Pose {
     Pose {
         position: pose.translation.vector.into(),
@@ -94,8 +97,8 @@ pub fn wire(pose: &Isometry3<f64>) -> Pose {
     }
 }
 
-/// A turn about a unit `axis` (rad), with sine and cosine that are the same on every
-/// machine.
+/// A turn about a unit `axis` (rad). Sine and cosine are those of `libm`, which are the same on
+/// every machine.
 pub fn about(axis: Vector3<f64>, angle: f64) -> UnitQuaternion<f64> {
     let (sin, cos) = (libm::sin(0.5 * angle), libm::cos(0.5 * angle));
     let turn = nalgebra::Quaternion::new(cos, axis.x * sin, axis.y * sin, axis.z * sin);
@@ -107,12 +110,12 @@ pub fn distance(a: &Pose, b: &Pose) -> f64 {
     (Vector3::from(a.position) - Vector3::from(b.position)).norm()
 }
 
-/// Where the cup points: the x axis of its frame.
+/// The direction of the cup: the x axis of its frame.
 pub fn approach(pose: &Pose) -> Vector3<f64> {
     rotation(pose.orientation_wxyz) * Vector3::x()
 }
 
-/// The pose moved by `distance` along its own x axis (m); negative backs off.
+/// The pose moved by `distance` along its own x axis (m); negative moves it back.
 pub fn along_approach(pose: &Pose, distance: f64) -> Pose {
     let moved = Vector3::from(pose.position) + approach(pose) * distance;
     Pose {
@@ -130,13 +133,13 @@ pub fn shifted(pose: &Pose, offset: [f64; 3]) -> Pose {
     }
 }
 
-/// Orientation of a cup that points along `approach`, with the frame's z axis as
-/// near to `up` as that allows; w x y z. Where the two are parallel, any turn
-/// about the approach is as good.
+/// Orientation (w x y z) of a cup that points along `approach`, with the frame's z axis as near
+/// to `up` as possible. If the two are parallel, any turn about the approach is valid.
 pub fn pointing(approach: Vector3<f64>, up: Vector3<f64>) -> [f64; 4] {
     let x = approach
         .try_normalize(1.0e-9)
         .unwrap_or_else(|| -Vector3::z());
+    // An axis that is surely not parallel to the approach.
     let spare = if x.x.abs() < 0.9 {
         Vector3::x()
     } else {
@@ -150,8 +153,8 @@ pub fn pointing(approach: Vector3<f64>, up: Vector3<f64>) -> [f64; 4] {
     wxyz(&UnitQuaternion::from_matrix(&axes))
 }
 
-/// The pose a `part` of the way from `from` to `to`, from 0 to 1; turned the
-/// short way about one axis.
+/// The pose at `part` of the way from `from` to `to`, 0 to 1, turned the short way about one
+/// axis.
 pub fn between(from: &Pose, to: &Pose, part: f64) -> Pose {
     let (a, b) = (Vector3::from(from.position), Vector3::from(to.position));
     let (p, q) = (
@@ -164,13 +167,16 @@ pub fn between(from: &Pose, to: &Pose, part: f64) -> Pose {
     }
 }
 
-/// With sine and arc cosine that are the same everywhere.
+/// Interpolation with sine and arc cosine that are the same everywhere (`libm`).
 fn slerp(from: &UnitQuaternion<f64>, to: &UnitQuaternion<f64>, part: f64) -> UnitQuaternion<f64> {
     let (p, mut q) = (*from.quaternion(), *to.quaternion());
     let mut cosine = p.dot(&q);
+    // The same rotation with the other sign: the short way round.
     if cosine < 0.0 {
         (q, cosine) = (-q, -cosine);
     }
+    // Nearly equal rotations: the division by the sine would lose all digits, a straight line
+    // is exact.
     let (a, b) = if cosine > 0.9995 {
         (1.0 - part, part)
     } else {

@@ -1,29 +1,29 @@
-//! What a skill remembers while it is under way.
+//! The memory of a skill while it is in progress.
 
 use robocell_task::PolicyTime;
 use robocell_task::job::Placement;
 use serde::{Deserialize, Serialize};
 
-/// One motion or grip under way.
+/// A motion or grip in progress.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Step {
-    /// Key of its goal; 0 before it began.
+    /// Key of its goal; 0 before it starts.
     pub key: u64,
-    /// When it began.
+    /// Time of its start.
     pub began: PolicyTime,
-    /// Since when its end condition holds.
+    /// Time since which its end condition holds.
     pub settled: Option<PolicyTime>,
-    /// TCP position when it began (m).
+    /// TCP position at its start (m).
     pub from: [f64; 3],
 }
 
 impl Step {
-    /// Whether it has begun.
+    /// Whether it has started.
     pub fn has_begun(&self) -> bool {
         self.key != 0
     }
 
-    /// Whether `holds` has been true without a break for `settle`, now included.
+    /// Whether `holds` has been true without a break for `settle`, this decision included.
     pub fn settles(&mut self, holds: bool, settle: PolicyTime, now: PolicyTime) -> bool {
         self.settled = match (holds, self.settled) {
             (false, _) => None,
@@ -33,15 +33,15 @@ impl Step {
     }
 }
 
-/// The memory of one skill: plain data, part of the checkpoint. The default is
-/// the memory of a skill that did not begin.
+/// The memory of one skill: plain data, part of the checkpoint. The default is that of a skill
+/// before its start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
-    /// The motion or grip under way.
+    /// The motion or grip in progress.
     pub step: Step,
-    /// Which part of a skill with several parts is under way.
+    /// The part of a skill with several parts that is in progress.
     pub stage: u8,
-    /// Where the object was at first, or is going to; the skill says which.
+    /// First position of the object, or its destination; the skill defines which.
     pub anchor: Option<Placement>,
     /// Slot of a place, chosen at the start.
     pub slot: Option<u16>,
@@ -50,19 +50,19 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// Begins the next part.
+    /// Starts the next part.
     pub fn next(&mut self) {
         self.go_to(self.stage.saturating_add(1));
     }
 
-    /// Begins the part of that number.
+    /// Starts the part with this number.
     pub fn go_to(&mut self, stage: u8) {
         self.stage = stage;
         self.step = Step::default();
         self.missed = 0;
     }
 
-    /// Forgets everything.
+    /// Resets the memory.
     pub fn reset(&mut self) {
         *self = Self::default();
     }

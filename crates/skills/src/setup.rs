@@ -1,4 +1,4 @@
-//! What skills know of a cell, resolved once from its files.
+//! A cell as skills need it, resolved once from its files.
 
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -13,16 +13,15 @@ use crate::ability::{self, Need};
 use crate::geometry;
 use crate::settings::PlaceTable;
 
-/// Share of the length of the stretched arm that it reaches with the tool
-/// straight down.
+/// Share of the length of the stretched arm that it reaches with the tool straight down.
 const REACH_SHARE: f64 = 0.9;
 /// Fingers within this of the open width are open (m).
 const OPEN_TOLERANCE_M: f64 = 0.008;
 
-/// The arm of a job that moves one.
+/// Index of the arm of a job with one arm.
 pub const ARM: usize = 0;
 
-/// What is mounted on an arm.
+/// The tool of an arm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Tool {
     /// Two fingers; the TCP's z axis points out of the hand.
@@ -36,7 +35,7 @@ pub enum Tool {
     },
     /// A suction cup; the TCP's x axis points out of it.
     Suction,
-    /// Nothing that grips; the TCP's z axis is taken for its direction.
+    /// No gripper; the TCP's z axis counts as its direction.
     None,
 }
 
@@ -47,11 +46,11 @@ pub struct ArmSetup {
     pub name: String,
     /// Its base, world frame (m).
     pub base: Vector3<f64>,
-    /// Its joints at the start (rad or m).
+    /// Its joint positions at the start (rad or m).
     pub home: [f64; MAX_JOINTS],
-    /// What it grips with.
+    /// Its gripper.
     pub tool: Tool,
-    /// An object further from the base in the plane is out of reach (m).
+    /// An object farther from the base in the plane is out of reach (m).
     pub reach_m: f64,
     /// The TCP where the arm waits for a zone that another arm works in: where it
     /// is at the start, unless the job says something else. World frame.
@@ -96,12 +95,12 @@ pub struct Setup {
     pub obstacles: Vec<String>,
     /// Obstacles that exist in physics; the others only guide a motion.
     pub solid_obstacles: u64,
-    /// What files pick.
+    /// Picks that files name.
     pub(crate) picks: Picks,
 }
 
-/// Arm and object of each pick that a file names, collected while its nodes are made: by
-/// then nobody asks where the object is. Of no weight in a comparison.
+/// Arm and object of each pick that a file names, collected while its nodes are created:
+/// afterwards the position of the object is not asked for. Not compared.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Picks(Arc<Mutex<BTreeSet<(usize, usize)>>>);
 
@@ -112,13 +111,13 @@ impl PartialEq for Picks {
 }
 
 impl Picks {
-    /// Notes that `arm` picks `object`.
+    /// Records that `arm` picks `object`.
     pub(crate) fn note(&self, arm: usize, object: usize) {
         let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         all.insert((arm, object));
     }
 
-    /// All of them.
+    /// All recorded picks.
     pub(crate) fn all(&self) -> BTreeSet<(usize, usize)> {
         let all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         all.clone()
@@ -126,7 +125,7 @@ impl Picks {
 }
 
 impl Setup {
-    /// Of `cell` with the places of its task.
+    /// The setup of `cell`, with the places of its task.
     pub fn new<'p>(
         cell: &Cell,
         places: impl IntoIterator<Item = (&'p String, &'p PlaceTable)>,
@@ -149,12 +148,12 @@ impl Setup {
         }
     }
 
-    /// Adds a place that `[task]` does not name.
+    /// Adds a place that `[task]` does not have.
     pub fn add_place(&mut self, name: &str, table: &PlaceTable) {
         self.places.push(place(name, table));
     }
 
-    /// Of no cell: names are taken for known when a file is looked at alone.
+    /// The setup without a cell: every name counts as known when a file is checked alone.
     pub(crate) fn unknown() -> Self {
         Self {
             arms: Vec::new(),
@@ -187,28 +186,29 @@ impl Setup {
         self.sensors.iter().position(|sensor| sensor == name)
     }
 
-    /// As [`Setup::object`], for a policy that cannot do without it.
+    /// As [`Setup::object`], for a policy that needs it.
     ///
     /// # Errors
-    /// [`SetupError`] with the nearest name.
+    /// Returns a [`SetupError`] with the nearest name.
     pub fn need_object(&self, cell: &Cell, name: &str) -> Result<usize, SetupError> {
         let known: Vec<&str> = self.objects.iter().map(|o| o.name.as_str()).collect();
         need(cell, "object", name, self.object(name), &known)
     }
 
-    /// As [`Setup::place`], for a policy that cannot do without it.
+    /// As [`Setup::place`], for a policy that needs it.
     ///
     /// # Errors
-    /// [`SetupError`] with the nearest name.
+    /// Returns a [`SetupError`] with the nearest name.
     pub fn need_place(&self, cell: &Cell, name: &str) -> Result<usize, SetupError> {
         let known: Vec<&str> = self.places.iter().map(|p| p.name.as_str()).collect();
         need(cell, "place", name, self.place(name), &known)
     }
 
-    /// Refuses a job whose `arm` cannot pick `object` up, for a policy that does nothing else.
+    /// Refuses a job whose `arm` cannot pick up `object`, for a policy that does nothing else
+    /// (ADR 0026).
     ///
     /// # Errors
-    /// [`SetupError`] with what the arm lacks.
+    /// Returns a [`SetupError`] with the lack of the arm.
     pub fn need_grip(&self, cell: &Cell, arm: usize, object: usize) -> Result<(), SetupError> {
         let object = self.objects.get(object);
         let lack = self.arms.get(arm).and_then(|arm| {
@@ -224,8 +224,8 @@ impl Setup {
         self.objects.get(object).map_or("?", |o| o.name.as_str())
     }
 
-    /// Where an object's centre belongs when it is in a slot: `None` for a slot
-    /// or an object that does not exist.
+    /// The pose of an object's centre in a slot; `None` for a slot or an object that does not
+    /// exist.
     pub fn goal(&self, object: usize, place: usize, slot: usize) -> Option<Placement> {
         let slot = self.places.get(place)?.slots.get(slot)?;
         let [x, y, z] = slot.position;
@@ -243,7 +243,7 @@ impl ArmSetup {
 }
 
 impl Tool {
-    /// Of a robot.
+    /// The tool of a robot.
     pub fn of(robot: &Robot) -> Self {
         match (&robot.gripper, &robot.suction) {
             (Some(gripper), _) => Self::Fingers {
@@ -285,10 +285,10 @@ impl Tool {
     }
 }
 
-/// The cell's first arm, with a suction gripper.
+/// The cell's first arm, which has a suction gripper.
 ///
 /// # Errors
-/// [`SetupError`] for a cell without one.
+/// Returns a [`SetupError`] for a cell without one.
 pub fn suction_arm(cell: &Cell) -> Result<&ArmSpec, SetupError> {
     let arm = cell.arms.get(ARM);
     let arm =
@@ -301,7 +301,7 @@ pub fn suction_arm(cell: &Cell) -> Result<&ArmSpec, SetupError> {
     Ok(arm)
 }
 
-/// Bits of [`ipc_types::ArmGoal::obstacle_mask`] of the obstacles with such a name.
+/// Bits of [`ipc_types::ArmGoal::obstacle_mask`] of the obstacles whose name `named` accepts.
 pub fn obstacle_bits(cell: &Cell, named: impl Fn(&str) -> bool) -> u64 {
     let obstacles = cell.obstacles().take(64).enumerate();
     obstacles
@@ -323,14 +323,14 @@ fn need(
 }
 
 impl ArmSetup {
-    /// Whether some joint is more than half a turn from where it was at the start: the
-    /// elbow or the wrist is in another branch, or wound up.
+    /// Whether a joint is more than half a turn from its position at the start: the elbow or
+    /// the wrist is in another branch, or wound up.
     pub fn is_wound(&self, joint_positions: &[f64; MAX_JOINTS]) -> bool {
         let off = self.home.iter().zip(joint_positions).map(|(a, b)| a - b);
         off.into_iter().any(|off| off.abs() > std::f64::consts::PI)
     }
 
-    /// What a job has to know about `spec`.
+    /// The setup of `spec`.
     pub fn of(spec: &ArmSpec) -> Self {
         let mut home = [0.0; MAX_JOINTS];
         for (slot, position) in home.iter_mut().zip(&spec.home) {
@@ -354,8 +354,8 @@ impl ArmSetup {
     }
 }
 
-/// The links between the second joint and the last, stretched: the tool points
-/// down and adds nothing.
+/// The links between the second joint and the last, stretched; the tool points down and adds
+/// nothing.
 fn reach(robot: &Robot) -> f64 {
     let joints = robot.chain.joints();
     let controlled = robot.arm_joints.iter().filter_map(|i| joints.get(*i));
@@ -367,7 +367,7 @@ fn reach(robot: &Robot) -> f64 {
 }
 
 impl ObjectSetup {
-    /// What a job has to know about `spec`.
+    /// The setup of `spec`.
     pub fn of(spec: &ObjectSpec) -> Self {
         let half_height_m = match spec.shape {
             Shape::Box { size_m } | Shape::Bin { size_m, .. } => 0.5 * size_m[2],

@@ -1,4 +1,4 @@
-//! What every skill is, and how it becomes a leaf of a tree.
+//! The interface of a skill, and a skill as a leaf of a tree.
 
 use behavior::Status;
 use behavior::board::Fault;
@@ -8,9 +8,9 @@ use crate::condition::Condition;
 use crate::progress::Progress;
 use crate::world::World;
 
-/// Something an arm can do. All it remembers is in a [`Progress`].
+/// An ability of an arm. Its whole memory is a [`Progress`].
 pub trait Skill: Send + 'static {
-    /// One decision of work. With `Progress::default()` it begins.
+    /// One decision of work. It starts with `Progress::default()`.
     fn step(&self, progress: &mut Progress, world: &mut World<'_>) -> Status;
 }
 

@@ -1,10 +1,10 @@
-//! How a motion goes to its target: posture, corridor, obstacles.
+//! The path of a motion to its target: posture, corridor, obstacles.
 
 use ipc_types::MAX_JOINTS;
 
 use crate::setup::Setup;
 
-/// The default leaves it to the controller, away from all solid obstacles.
+/// The default leaves the path to the controller, clear of all solid obstacles.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Way {
     /// Joint positions to lean to (rad or m).
@@ -13,9 +13,9 @@ pub struct Way {
     pub approach_m: [f64; 3],
     /// Width of the approach corridor (standard deviation, m); 0 for none.
     pub std_dev_m: f64,
-    /// Obstacles that do not count, bit per obstacle.
+    /// Obstacles that do not count, a bit for each.
     pub ignored: u64,
-    /// Guides, obstacles that are not solid, that count; bit per obstacle.
+    /// Guides (obstacles that are not solid) that count, a bit for each.
     pub guides: u64,
 }
 

@@ -1,4 +1,4 @@
-//! A machine in a file: states run steps or trees, events fire triggers.
+//! A machine in a file: its states run steps or trees, and its events fire triggers.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -33,30 +33,30 @@ pub(super) struct MachinePolicy {
     resumed: bool,
 }
 
-/// A machine with all that its states run.
+/// A machine with everything that its states run.
 pub(super) struct MachineJob {
     run: MachineRun,
     parts: Parts,
     /// In the order of the file.
     events: Vec<Condition>,
-    /// The checkpoint of a machine that never ran.
+    /// Checkpoint of the machine before its first tick.
     initial: Vec<u8>,
 }
 
-/// An event: what makes it fire its trigger.
+/// A condition that fires a trigger.
 struct Condition {
     name: String,
     trigger: TriggerId,
     tree: Tree<Station>,
-    /// It fired, and has held in every decision since. It does not enter a state again that
-    /// is active already then: the state would be entered a hundred times a second.
+    /// Whether it fired and has held in every decision since. It does not enter a state again
+    /// that is already active, or it would be entered a hundred times a second.
     has_fired: bool,
 }
 
-/// What the machine asks for and runs.
+/// The trees that the machine runs and evaluates.
 struct Parts {
     sequences: Vec<Tree<Station>>,
-    /// By sequence: steps that fail start again, as no trigger is named.
+    /// By sequence: whether failed steps start again, because the file names no trigger for it.
     repeats: Vec<bool>,
     conditions: Vec<Tree<Station>>,
     shared: Board,
@@ -83,17 +83,20 @@ impl MachinePolicy {
 }
 
 impl MachineJob {
-    /// Of the text of a file.
+    /// Loads the text of a file.
     pub(super) fn load(mut loader: Loader<'_>, text: &str) -> Result<Self, SetupError> {
         let definition = Definition::read(loader.file(), text).map_err(Loader::wrong)?;
         let inline = Inline::read(loader.file(), text).map_err(Loader::wrong)?;
         loader.refuse_numbers(text)?;
         let mut runs = Vec::new();
+        // Nested states run steps, too, so all levels are visited.
         all_states(&definition.states, &mut |state| {
             runs.extend(state.during.clone());
         });
         let run_names: Vec<&str> = runs.iter().map(|run| run.run.text.as_str()).collect();
         let condition_names = names(&inline.conditions);
+        // The order of these lists is that of the ids in the compiled table: guards and runs
+        // are found by it.
         let event_names = names(&inline.events);
         let triggers = triggers(&event_names, &runs);
         let vocabulary = Vocabulary {
@@ -107,6 +110,7 @@ impl MachineJob {
             events: &event_names,
             ends: &dead_ends::ends(&inline, |name| table.state(name)),
         };
+        // Refused at load, before trees are built: the message has the place in the file.
         fired
             .refuse_dead_ends(&definition, &table)
             .map_err(Loader::wrong)?;
@@ -144,7 +148,7 @@ impl MachineJob {
         Ok(job)
     }
 
-    /// What is probably not meant in the file with these parts.
+    /// Findings about the file with these parts: probable mistakes that are not errors.
     pub(super) fn check(&self, inline: &Inline) -> Vec<Finding> {
         let table = self.run.machine.table();
         let mut found =
@@ -160,22 +164,26 @@ impl MachineJob {
         parts.chain(events)
     }
 
-    /// Back in its first state.
+    /// Resets the machine to its first state.
     pub(super) fn reset(&mut self) {
         let initial = std::mem::take(&mut self.initial);
-        // It was written by this very machine.
+        // It cannot fail: this machine wrote the bytes.
         let _taken = self.take(&initial).is_ok();
         self.initial = initial;
     }
 
-    /// One decision of work; a final state ends it.
+    /// One decision; a final state ends the work.
     pub(super) fn tick(&mut self, world: &mut World<'_>) -> Status {
+        // Events before states: a state that is left in this decision does not run its steps
+        // once more.
         self.run.machine.clear_trace();
         self.fire_events(world);
         let mut host = Running {
             parts: &mut self.parts,
             world,
         };
+        // A fault is logged and the state kept: ending the process would drop what the arm
+        // holds.
         if let Err(error) = self.run.machine.tick(&mut host) {
             let out = &mut *host.world.out;
             out.event(TraceEvent::Fault, format_args!("[fault] {error}"));
@@ -183,14 +191,14 @@ impl MachineJob {
         self.run.machine.status()
     }
 
-    /// Stops what its states run.
+    /// Stops everything that its states run.
     pub(super) fn stop(&mut self, world: &mut World<'_>) {
         for tree in &mut self.parts.sequences {
             parts::stop(tree, &mut self.parts.shared, world);
         }
     }
 
-    /// Its state and that of what it runs, as plain bytes.
+    /// State of the machine and of what it runs, encoded.
     pub(super) fn save(&self) -> Vec<u8> {
         let mut board = Vec::new();
         self.parts.shared.save(&mut board);
@@ -207,8 +215,7 @@ impl MachineJob {
         })
     }
 
-    /// Takes back what [`Self::save`] gave; where that is an error it is as after a
-    /// reset.
+    /// Restores the bytes of [`Self::save`]; after an error the machine is in its first state.
     pub(super) fn restore(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
         self.take(bytes).inspect_err(|_| self.reset())
     }
@@ -218,18 +225,21 @@ impl MachineJob {
         &self.run
     }
 
-    /// Fires the trigger of the first event that has a row now. An event that fired and holds
-    /// since fires again only where that leads to another state.
+    /// Fires the trigger of the first event that has a row now. An event that fired and has
+    /// held since fires again only if that leads to another state.
     fn fire_events(&mut self, world: &mut World<'_>) {
         let Self {
             run, parts, events, ..
         } = self;
         let machine = &mut run.machine;
+        // All marks first, also of events after the one that fires: one that ceased must be
+        // able to fire again.
         for event in events.iter_mut().filter(|event| event.has_fired) {
             event.has_fired = parts::holds(&mut event.tree, &mut parts.shared, world);
         }
         for event in events {
             let mut host = Running { parts, world };
+            // Cheap checks first: a condition is evaluated only where its trigger has a row.
             if !machine.may(event.trigger, &mut host)
                 || (event.has_fired && machine.stays(event.trigger, &mut host))
                 || !parts::holds(&mut event.tree, &mut host.parts.shared, host.world)
@@ -241,12 +251,14 @@ impl MachineJob {
                 let out = &mut *host.world.out;
                 out.event(TraceEvent::Fault, format_args!("[fault] {error}"));
             }
+            // One event per decision: a second one would be judged by a state that the first
+            // has left.
             return;
         }
     }
 }
 
-/// What the machine asks, during one decision.
+/// The host of the machine during one decision.
 struct Running<'p, 'w, 'x> {
     parts: &'p mut Parts,
     world: &'x mut World<'w>,
@@ -277,6 +289,7 @@ impl Actions for Running<'_, '_, '_> {
         };
         let status = parts::tick(tree, shared, self.world);
         let repeats = repeats.get(behavior.index()) == Some(&true);
+        // Without a trigger for the failure the steps start again in the next decision.
         if status == Status::Failure && repeats {
             return Status::Running;
         }
@@ -292,7 +305,7 @@ impl Actions for Running<'_, '_, '_> {
 }
 
 impl MachineJob {
-    /// Takes a checkpoint; a part of it, perhaps, where that is an error.
+    /// Restores a checkpoint. After an error some parts may have been restored.
     fn take(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
         let record: Record = checkpoint::from_bytes(bytes)?;
         self.run.restore(&record.machine)?;
@@ -353,17 +366,18 @@ impl AnyPolicy for MachinePolicy {
         self.job.restore(bytes)
     }
 
-    /// Conditions and skills look at the cell themselves.
+    /// Nothing to do: conditions and skills read the cell in every decision.
     fn reconcile(&mut self, _observation: &Observation<'_>, _job: &mut Job, _out: &mut Output) {
         self.resumed = true;
     }
 }
 
-/// Triggers that the machine fires: its events, then the results of what states run.
+/// Triggers that the machine fires: its events, then the results of the steps of states.
 fn triggers<'n>(events: &[&'n str], runs: &'n [DuringDef]) -> Vec<&'n str> {
     let results = runs
         .iter()
         .flat_map(|run| run.success.iter().chain(&run.failure));
+    // A trigger may be named several times; it gets one id.
     let mut seen = BTreeSet::new();
     let all = events
         .iter()

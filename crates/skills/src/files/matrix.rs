@@ -1,4 +1,4 @@
-//! A matrix in a file: handlers start steps, conditions and results are events.
+//! A matrix in a file: handlers start steps, and conditions and results are events.
 
 use std::sync::Arc;
 
@@ -31,7 +31,7 @@ pub(super) struct MatrixPolicy {
     setup: Arc<Setup>,
     run: MatrixRun,
     parts: Parts,
-    /// Condition and event, in the order of the file.
+    /// Conditions with their events, in the order of the file.
     events: Vec<(Tree<Station>, EventId)>,
     initial: Vec<u8>,
     resumed: bool,
@@ -40,16 +40,16 @@ pub(super) struct MatrixPolicy {
 struct Parts {
     /// Steps of the handlers.
     handlers: Vec<Tree<Station>>,
-    /// Events of their success and failure.
+    /// Events for their success and failure.
     results: Vec<[Option<EventId>; 2]>,
     /// Steps that states run.
     sequences: Vec<Tree<Station>>,
     shared: Board,
-    /// The handler whose steps run.
+    /// The handler whose steps are running.
     current: Option<u16>,
 }
 
-/// What is remembered beside the state of the matrix.
+/// The memory beside the state of the matrix.
 #[derive(Serialize, Deserialize)]
 struct Record {
     handlers: Vec<ByteBuf>,
@@ -64,7 +64,7 @@ impl MatrixPolicy {
         Self::load(loader, setup, &text)
     }
 
-    /// Of the text of a file.
+    /// Loads the text of a file.
     pub(super) fn load(
         mut loader: Loader<'_>,
         setup: &Arc<Setup>,
@@ -79,6 +79,7 @@ impl MatrixPolicy {
             .filter_map(|state| Some(state.during.as_ref()?.run.text.as_str()))
             .collect();
         let handlers: Vec<&str> = inline.handlers.iter().map(|h| h.name.as_str()).collect();
+        // States and events come from the file itself: no host gives them names.
         let vocabulary = Vocabulary {
             events: &[],
             states: &[],
@@ -103,6 +104,8 @@ impl MatrixPolicy {
             .iter()
             .map(|run| loader.named(run, &inline.states))
             .collect::<Result<_, _>>()?;
+        // Refused at load: such a cell looks like a reaction that the job has, and never is
+        // one.
         refuse_silent_events(&definition, &inline).map_err(Loader::wrong)?;
         refuse_dead_ends(
             &definition,
@@ -128,7 +131,7 @@ impl MatrixPolicy {
         Ok(policy)
     }
 
-    /// What is probably not meant in the file with these parts.
+    /// Findings about the file with these parts: probable mistakes that are not errors.
     pub(super) fn check(&self, inline: &Inline) -> Vec<Finding> {
         let table = self.run.table();
         let ends = dead_ends::ends(inline, |name| table.state(name));
@@ -153,8 +156,8 @@ impl MatrixPolicy {
         pending
     }
 
-    /// Those of the pending events that the state has a cell for: one without does
-    /// not keep those behind it from being handled.
+    /// The pending events for which the state has a cell: one without a cell must not keep the
+    /// events behind it from being handled.
     fn answered(&self, pending: EventSet) -> EventSet {
         let (table, state) = (self.run.table(), self.run.state_id());
         let known = (0..u16::try_from(behavior::matrix::MAX_EVENTS).unwrap_or(0)).map(EventId);
@@ -165,13 +168,13 @@ impl MatrixPolicy {
 }
 
 impl Parts {
-    /// The steps of the current handler, and the event of their result.
+    /// Runs the steps of the current handler; returns the event of their result.
     fn work(&mut self, world: &mut World<'_>) -> Option<EventId> {
         let current = usize::from(self.current?);
         let tree = self.handlers.get_mut(current)?;
         let status = parts::tick(tree, &mut self.shared, world);
         let [success, failure] = *self.results.get(current)?;
-        // Steps that fail start again, unless the file names an event for it.
+        // Failed steps start again, unless the file names an event for the failure.
         let over = match status {
             Status::Running => false,
             Status::Success => true,
@@ -195,7 +198,7 @@ struct Running<'p, 'w, 'x> {
 }
 
 impl Handlers for Running<'_, '_, '_> {
-    /// Starts the steps of the handler, unless they run already.
+    /// Starts the steps of the handler, unless they are running.
     fn handle(&mut self, handler: HandlerId, cell: MatrixCell<'_>) -> Result<Next, Fault> {
         let Parts {
             handlers,
@@ -204,6 +207,7 @@ impl Handlers for Running<'_, '_, '_> {
             ..
         } = self.parts;
         if *current != Some(handler.0) {
+            // The former steps are stopped, so that no two handlers command the arm.
             let running = current.replace(handler.0).map(usize::from);
             if let Some(tree) = running.and_then(|running| handlers.get_mut(running)) {
                 parts::stop(tree, shared, self.world);
@@ -229,7 +233,7 @@ impl Handlers for Running<'_, '_, '_> {
 }
 
 impl MatrixPolicy {
-    /// Takes a checkpoint; a part of it, perhaps, where that is an error.
+    /// Restores a checkpoint. After an error some parts may have been restored.
     fn take(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
         let record: Record = self.run.restore(bytes, |_| true)?;
         self.parts
@@ -252,7 +256,7 @@ impl AnyPolicy for MatrixPolicy {
 
     fn reset(&mut self) {
         let initial = std::mem::take(&mut self.initial);
-        // It was written by this very policy.
+        // It cannot fail: this policy wrote the bytes.
         let _taken = self.take(&initial).is_ok();
         self.initial = initial;
     }
@@ -261,6 +265,7 @@ impl AnyPolicy for MatrixPolicy {
         let setup = Arc::clone(&self.setup);
         let mut world = World::new(&setup, observation, job, out, ARM);
         world.resumed = std::mem::take(&mut self.resumed);
+        // Conditions are evaluated before the steps: both refer to the same observation.
         let mut pending = self.pending(&mut world);
         let before = self.parts.current;
         if let Some(event) = self.parts.work(&mut world) {
@@ -272,7 +277,8 @@ impl AnyPolicy for MatrixPolicy {
             world: &mut world,
         };
         let handled = self.run.handle(pending, &mut host);
-        // Steps that were started now begin now: the arm does not wait for them.
+        // Steps that were started in this decision run in it, too, so the arm does not wait for
+        // the next one.
         if self.parts.current != before {
             self.parts.work(&mut world);
         }
@@ -314,7 +320,7 @@ impl AnyPolicy for MatrixPolicy {
     }
 }
 
-/// The event of that name.
+/// The event with this name.
 fn event_named(definition: &Definition, table: &Table, name: &str) -> Result<EventId, String> {
     table.event(name).ok_or_else(|| {
         let known: Vec<&str> = definition
@@ -327,7 +333,7 @@ fn event_named(definition: &Definition, table: &Table, name: &str) -> Result<Eve
     })
 }
 
-/// Refuses a state that a run would never leave.
+/// Refuses a state that a run would never leave: the job would wait there until its time limit.
 fn refuse_dead_ends(
     definition: &Definition,
     table: &Table,
@@ -354,7 +360,7 @@ fn refuse_dead_ends(
     Ok(())
 }
 
-/// Refuses an event that nothing raises: its cells would never be used.
+/// Refuses an event that is never raised: its cells would have no effect.
 fn refuse_silent_events(definition: &Definition, inline: &Inline) -> Result<(), String> {
     let mut raised: Vec<&str> = inline
         .events
@@ -374,6 +380,7 @@ fn refuse_silent_events(definition: &Definition, inline: &Inline) -> Result<(), 
         let results = during.success.iter().chain(&during.failure);
         raised.extend(results.map(|name| name.text.as_str()));
     }
+    // The idle event is raised by the engine itself.
     raised.extend(definition.idle.iter().map(|name| name.text.as_str()));
     for event in &definition.precedence {
         if !raised.contains(&event.text.as_str()) {

@@ -1,5 +1,4 @@
-//! Jobs in behaviour files, without Rust: `[task] kind = "tree"`, `"machine"` or
-//! `"matrix"`.
+//! Jobs in behaviour files, without Rust: `[task] kind = "tree"`, `"machine"` or `"matrix"`.
 
 mod dead_ends;
 mod machine;
@@ -27,11 +26,11 @@ pub use tree::{StillDone, TreeJob, TreePolicy, TreeSource};
 
 /// Name of the kind for trees.
 pub const TREE: &str = "tree";
-/// Name of its policy, and of the same in cells that have others, too.
+/// Name of its policy, and of this policy in cells with several.
 pub const JSON: &str = "json";
 /// Name of the kind for machines.
 pub const MACHINE: &str = "machine";
-/// Name of its policy, and of the same in cells that have others, too.
+/// Name of its policy, and of this policy in cells with several.
 pub const TABLE: &str = "table";
 /// Name of the kind and of the policy for matrices.
 pub const MATRIX: &str = "matrix";
@@ -76,14 +75,14 @@ fn matrix_kind() -> Kind<FileTask> {
     })
 }
 
-/// What is probably not meant in a machine or matrix that is looked at without its cell, or
-/// what is wrong; `None` for one whose states and handlers have no steps: they are a
-/// program's.
+/// Findings about a machine or matrix that is checked without its cell, or its errors. `None`
+/// if its states and handlers have no steps: they are those of a program.
 fn check(source: &Source<'_>) -> Option<Result<Vec<Finding>, SetupError>> {
     let inline = match Inline::read(source.file, source.text) {
         Ok(inline) => inline,
         Err(wrong) => return Some(Err(SetupError::in_file(wrong.to_string()))),
     };
+    // Without a cell every name of an object or place counts as known.
     let setup = Arc::new(Setup::unknown());
     let loader = parts::Loader::alone(source);
     if !inline.handlers.is_empty() {
@@ -105,7 +104,7 @@ pub fn tree_in_code(setup: &Arc<Setup>, tree: Tree<Station>) -> Box<dyn AnyPolic
 /// The policy of trees in files, one for each arm of the cell.
 ///
 /// # Errors
-/// [`SetupError`] with everything that is wrong in a file.
+/// Returns a [`SetupError`] with all errors of a file.
 pub fn tree(
     cell: &Cell,
     places: &BTreeMap<String, PlaceTable>,
@@ -118,7 +117,7 @@ pub fn tree(
 /// The policy of the machine in `file`, beside the cell file.
 ///
 /// # Errors
-/// [`SetupError`] with everything that is wrong in it.
+/// Returns a [`SetupError`] with all errors of the file.
 pub fn machine(
     cell: &Cell,
     places: &BTreeMap<String, PlaceTable>,
@@ -131,7 +130,7 @@ pub fn machine(
 /// The policy of the matrix in `file`, beside the cell file.
 ///
 /// # Errors
-/// [`SetupError`] with everything that is wrong in it.
+/// Returns a [`SetupError`] with all errors of the file.
 pub fn matrix(
     cell: &Cell,
     places: &BTreeMap<String, PlaceTable>,

@@ -15,8 +15,8 @@ use crate::nodes;
 use crate::setup::Setup;
 use crate::skill::Station;
 
-/// `RunMachine`, in the last of the files `open`. Without `data` its file is not read:
-/// for a tree that is looked at without its cell, and never ticked.
+/// `RunMachine`, in the last of the files `open`. Without `data` its file is not read: for a
+/// tree that is checked without its cell, and never ticked.
 pub(super) fn node_type(
     setup: &Arc<Setup>,
     data: Option<&Data>,
@@ -30,10 +30,12 @@ pub(super) fn node_type(
         move |binder| {
             let file = match binder.input::<Str>("file")? {
                 In::Literal(file) => file.to_string(),
+                // Read at load: a name from the blackboard could be wrong while the job runs.
                 In::Key(_) => return Err(BindError::Host("'file' has to be a name".to_owned())),
             };
             let mut all = open.clone();
             all.push(file.clone());
+            // Files that run each other would be loaded without end.
             if open.contains(&file) {
                 let circle = all.join(" -> ");
                 let problem = format!("files run each other: {circle}; break the circle");
@@ -53,7 +55,7 @@ pub(super) fn node_type(
     .input::<Str>("file", "machine file beside the cell file")
 }
 
-/// The machine; `None` where its file was not read.
+/// The machine; `None` if its file was not read.
 struct Nested(Option<MachineJob>);
 
 impl AnyLeaf<Station> for Nested {
@@ -61,11 +63,12 @@ impl AnyLeaf<Station> for Nested {
         let Some(job) = &mut self.0 else {
             return Ok(Status::Failure);
         };
+        // A new run starts in the first state, also after one that was halted in between.
         if begins {
             job.reset();
         }
         let status = job.tick(cx.world);
-        // Its states are no nodes of the graph that is shown.
+        // Logged, because its states are not nodes of the displayed graph.
         let machine = &job.run().machine;
         for happening in machine.trace() {
             if let Happening::Entered(state) = happening {
@@ -96,7 +99,7 @@ impl AnyLeaf<Station> for Nested {
         let before = job.save();
         let restored = job.restore(bytes).is_ok();
         if !restored {
-            // It was written by this very machine.
+            // It cannot fail: this machine wrote the bytes.
             let _taken = job.restore(&before).is_ok();
         }
         restored

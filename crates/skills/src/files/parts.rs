@@ -23,16 +23,16 @@ use crate::setup::Setup;
 use crate::skill::Station;
 use crate::world::World;
 
-/// Ending of a tree that a state names as what it runs.
+/// Suffix of a tree file that a state names as its behaviour.
 const TREE_FILE: &str = ".json";
 
-/// The node types of trees and steps in files: the skills, and machines in files of
-/// their own. `open` are the files that are being read.
+/// The node types of trees and steps in files: the skills, and machines in files of their own.
+/// `open` are the files that are being read.
 pub(super) fn library(setup: &Arc<Setup>, data: &Data, open: &[String]) -> Library<Station> {
     nodes::library(setup).with(nested::node_type(setup, Some(data), open))
 }
 
-/// The node types for a file that is looked at without its cell.
+/// The node types for a file that is checked without its cell.
 pub(super) fn unknown() -> Library<Station> {
     let setup = Arc::new(Setup::unknown());
     nodes::library(&setup).with(nested::node_type(&setup, None, &[]))
@@ -41,9 +41,9 @@ pub(super) fn unknown() -> Library<Station> {
 /// Reads a file by its name.
 type ReadFile<'c> = dyn Fn(&str) -> Result<String, SetupError> + 'c;
 
-/// Reads the parts of one file.
+/// Loads the parts of one file.
 pub(super) struct Loader<'c> {
-    /// Reads a file beside it.
+    /// Reads a file in the same folder.
     read: Box<ReadFile<'c>>,
     file: String,
     library: Library<Station>,
@@ -51,7 +51,7 @@ pub(super) struct Loader<'c> {
 }
 
 impl<'c> Loader<'c> {
-    /// Of `file`, beside the cell file; with its text.
+    /// A loader for `file`, beside the cell file; with its text.
     pub(super) fn new(
         cell: &'c Cell,
         setup: &Arc<Setup>,
@@ -67,7 +67,7 @@ impl<'c> Loader<'c> {
         Ok((loader, text))
     }
 
-    /// Of `file`, which a node of the last of the files `open` runs.
+    /// A loader for `file`, which a node of the last of the files `open` runs.
     pub(super) fn nested(
         data: &'c Data,
         setup: &Arc<Setup>,
@@ -89,8 +89,8 @@ impl<'c> Loader<'c> {
         Ok((loader, text))
     }
 
-    /// Of a file that is looked at without its cell: names of objects and places
-    /// are taken for known.
+    /// A loader for a file that is checked without its cell: names of objects and places count
+    /// as known.
     pub(super) fn alone(source: &Source<'c>) -> Self {
         let (file, include) = (source.file.to_owned(), source.include);
         let missing = format!("{file}: a state runs a tree in a file that cannot be read");
@@ -104,7 +104,7 @@ impl<'c> Loader<'c> {
         }
     }
 
-    /// Refuses numbers for code of a host: a file of steps has none.
+    /// Refuses numbers for code of a host: a file with steps has no such code.
     pub(super) fn refuse_numbers(&self, text: &str) -> Result<(), SetupError> {
         let numbers = Numbers::read(&self.file, text).map_err(Self::wrong)?;
         numbers.finish().map_err(Self::wrong)
@@ -115,7 +115,7 @@ impl<'c> Loader<'c> {
         &self.file
     }
 
-    /// Says that something is wrong with the file.
+    /// An error in the file.
     pub(super) fn wrong(problem: impl std::fmt::Display) -> SetupError {
         SetupError::in_file(problem.to_string())
     }
@@ -126,8 +126,10 @@ impl<'c> Loader<'c> {
             .map_err(|errors| SetupError::in_file(errors.to_string()))
     }
 
-    /// The tree of a condition: it may not move anything.
+    /// The tree of a condition. Only conditions are allowed in it: it may not move anything.
     pub(super) fn condition(&mut self, part: &Part) -> Result<Tree<Station>, SetupError> {
+        // Evaluated in every decision, also of states in which it has no row: a skill in it
+        // would move the arm behind the back of the steps that run.
         for (name, line, column) in part.types() {
             let known = self.library.find(name);
             if known.is_some_and(|known| !known.keywords.contains(&CONDITION)) {
@@ -156,13 +158,14 @@ impl<'c> Loader<'c> {
         parts.into_iter().map(|part| self.tree(part)).collect()
     }
 
-    /// What a state runs by the name `name`: steps written in it, or a tree in
-    /// a file beside it.
+    /// The behaviour with the name `name` of a state: steps written in the file, or a tree in
+    /// another file.
     pub(super) fn named(
         &mut self,
         name: &str,
         parts: &[Part],
     ) -> Result<Tree<Station>, SetupError> {
+        // The file's own steps win over a file of the same name.
         if let Some(part) = parts.iter().find(|part| part.name == name) {
             return self.tree(part);
         }
@@ -192,13 +195,13 @@ impl<'c> Loader<'c> {
     }
 }
 
-/// What is probably not meant in the nodes of trees, as their types noted.
+/// Findings about the nodes of trees, as their types noted them.
 pub(super) fn noted<'t>(trees: impl IntoIterator<Item = &'t Tree<Station>>) -> Vec<Finding> {
     let trees = trees.into_iter();
     trees.flat_map(Tree::noted).cloned().collect()
 }
 
-/// The same as warnings at the start.
+/// The same findings as warnings at the start.
 pub(super) fn warnings<'t>(trees: impl IntoIterator<Item = &'t Tree<Station>>) -> Vec<String> {
     let noted = noted(trees).into_iter();
     noted
@@ -214,6 +217,7 @@ pub(super) fn tick(tree: &mut Tree<Station>, shared: &mut Board, world: &mut Wor
 
 /// Stops a tree; skills stop at once.
 pub(super) fn stop(tree: &mut Tree<Station>, shared: &mut Board, world: &mut World<'_>) {
+    // A tree that is not running has nothing to stop; resetting it would trace a change.
     if tree.status() == NodeStatus::Running {
         let now = Duration::from_millis(world.now().ticks());
         tree.reset(ResetReason::Aborted, now, shared, world);
@@ -225,7 +229,7 @@ pub(super) fn holds(tree: &mut Tree<Station>, shared: &mut Board, world: &mut Wo
     tick(tree, shared, world) == Status::Success
 }
 
-/// Trees as plain bytes.
+/// Trees, encoded.
 pub(super) fn save(trees: &[Tree<Station>]) -> Vec<ByteBuf> {
     let bytes = |tree: &Tree<Station>| {
         let mut bytes = Vec::new();
@@ -235,12 +239,13 @@ pub(super) fn save(trees: &[Tree<Station>]) -> Vec<ByteBuf> {
     trees.iter().map(bytes).collect()
 }
 
-/// Takes back what [`save`] gave. A tree that was edited keeps what its nodes of
-/// the same name remember.
+/// Restores the bytes of [`save`]. A tree that was edited keeps the state of the nodes whose
+/// names it still has.
 pub(super) fn restore(
     trees: &mut [Tree<Station>],
     saved: &[ByteBuf],
 ) -> Result<(), bincode::Error> {
+    // Sequences have no names: with another number they cannot be matched.
     if trees.len() != saved.len() {
         return Err(bincode::Error::custom("another number of sequences"));
     }

@@ -1,5 +1,5 @@
-//! The phase of a policy of several arms that is shown to people and scripts: the
-//! leaf that was entered last, by any arm, as `LEFT_LIFT`.
+//! The phase that people and scripts see of a policy with several arms: the leaf that any arm
+//! entered last, as `LEFT_LIFT`.
 
 use behavior::Graph;
 use behavior::graph::GraphNode;
@@ -10,14 +10,13 @@ use serde::{Deserialize, Serialize};
 /// A phase's name.
 pub(super) type Phase = Text<32>;
 
-/// Which leaf each arm is at, and which of them is shown. When several arms enter
-/// one in the same decision, the second is shown one decision later, so that a
-/// script sees every entry.
+/// The leaf of each arm, and the arm that is shown. If several arms enter a leaf in the same
+/// decision, the second is shown one decision later, so that a script sees every entry.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Shown {
-    /// Node by arm.
+    /// Node, by arm.
     at: Vec<Option<usize>>,
-    /// Arms whose entry was not shown yet, the oldest first.
+    /// Arms whose entry was not shown yet, oldest first.
     waiting: Vec<usize>,
     /// The arm that is shown.
     arm: Option<usize>,
@@ -32,11 +31,12 @@ impl Shown {
         }
     }
 
-    /// Notes the leaf `arm` is at after its tick.
+    /// Records the leaf of `arm` after its tick.
     pub(super) fn note(&mut self, arm: usize, node: Option<usize>) {
         let Some(at) = self.at.get_mut(arm) else {
             return;
         };
+        // Staying at a leaf is no entry: a script counts entries.
         if *at == node {
             return;
         }
@@ -46,7 +46,7 @@ impl Shown {
         }
     }
 
-    /// Shows the next entry; whether there was one.
+    /// Shows the next entry; returns whether there was one.
     pub(super) fn advance(&mut self) -> bool {
         if self.waiting.is_empty() {
             return false;
@@ -61,8 +61,8 @@ impl Shown {
         Some((arm, (*self.at.get(arm)?)?))
     }
 
-    /// Takes the one of a checkpoint. `at` are the leaves that the arms are at: in
-    /// an edited file they have other numbers, and nothing was entered.
+    /// Restores the state of a checkpoint. `at` are the present leaves of the arms: in an
+    /// edited file they have other numbers, which does not count as an entry.
     pub(super) fn take(&mut self, other: Self, at: Vec<Option<usize>>) {
         let arms = at.len();
         let same = other.at == at && other.waiting.iter().all(|arm| *arm < arms);
@@ -74,7 +74,7 @@ impl Shown {
     }
 }
 
-/// Name of the phase of each node of a tree of `robot`.
+/// Names of the phases of all nodes in a tree of `robot`.
 pub(super) fn names(robot: &str, graph: &Graph) -> Vec<Phase> {
     let nodes = graph.nodes.iter();
     let name = |node: &GraphNode| Text::new(&phase_name::of_arm(robot, &node.name));

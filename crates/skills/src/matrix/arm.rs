@@ -1,4 +1,4 @@
-//! What a matrix job remembers of its arm, and the numbers for it.
+//! The memory and the numbers of a matrix job's arm.
 
 use behavior::numbers::Numbers;
 use ipc_types::GripperGoal;
@@ -10,19 +10,19 @@ use crate::named::Named;
 use crate::path::{Path, Precision};
 use crate::suction::GripMemory;
 
-/// Part of the checkpoint.
+/// The memory of the arm; part of the checkpoint.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ArmMemory {
-    /// Where the arm moves.
+    /// The path of the arm.
     pub path: Path,
-    /// The gripper as it was seen last.
+    /// The gripper as last observed.
     pub grip: GripMemory,
     suction: Suction,
-    /// No goal counts as reached before this.
+    /// Time before which no goal counts as reached.
     pub(super) wait_until: PolicyTime,
-    /// When the state was entered.
+    /// Time at which the state was entered.
     pub since: PolicyTime,
-    /// How often suction attached nothing at this surface.
+    /// Number of times that suction attached nothing at this surface.
     pub(super) refused: u32,
 }
 
@@ -35,7 +35,7 @@ enum Suction {
 }
 
 impl ArmMemory {
-    /// At the start: the arm holds and the gripper keeps what it has.
+    /// The memory at the start: the arm holds, and the gripper keeps its state.
     pub fn new() -> Self {
         Self {
             path: Path::new(),
@@ -43,12 +43,12 @@ impl ArmMemory {
         }
     }
 
-    /// Whether a restored memory can be worked with.
+    /// Whether a restored memory is valid.
     pub(super) fn is_sound(&self) -> bool {
         self.path.is_sound() && self.refused < MOST_COUNTED
     }
 
-    /// What the gripper is told.
+    /// The goal of the gripper.
     pub fn gripper(&self) -> GripperGoal {
         match self.suction {
             Suction::Keep => GripperGoal::Keep,
@@ -57,48 +57,48 @@ impl ArmMemory {
         }
     }
 
-    /// Whether suction is to be on.
+    /// Whether suction shall be on.
     pub fn closes(&self) -> bool {
         self.suction == Suction::On
     }
 
-    /// Tells the gripper to switch.
+    /// Switches suction on or off.
     pub fn switch(&mut self, on: bool) {
         self.suction = if on { Suction::On } else { Suction::Off };
     }
 
-    /// Wants the goal reached once more, `pause` from now on.
+    /// Lets the goal be reached once more, `pause` from now on.
     pub fn again_after(&mut self, pause: PolicyTime, now: PolicyTime) {
         self.wait_until = PolicyTime::from_ticks(now.ticks() + pause.ticks());
         self.path.again();
     }
 }
 
-/// Numbers of the behaviour file about the arm.
+/// Numbers about the arm in the behaviour file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ArmNumbers {
-    /// By state: when a waypoint that is passed counts as reached, and when the
-    /// last one does.
+    /// By state: precision at which a waypoint that is passed counts as reached, and the last
+    /// one.
     precision: Vec<[Precision; 2]>,
     /// An arm nearer than this to its target resumes its path (m).
     pub resume_m: f64,
     /// An object slower than this is at rest (m/s).
     pub rest_speed_m_s: f64,
-    /// And turning slower than this (rad/s).
+    /// And turns slower than this (rad/s).
     pub rest_turn_rad_s: f64,
-    /// At a surface the arm comes to rest for this long,
+    /// At a surface the arm is at rest for this time,
     pub settle: PolicyTime,
-    /// eases off by this (m): the rest of the way down would push the object
-    /// into its support and break the grip,
+    /// eases off by this (m), since the rest of the way down would push the object into its
+    /// support and break the grip,
     pub ease_m: f64,
     /// in this time.
     pub ease: PolicyTime,
-    /// How often suction is tried at one surface.
+    /// Number of attempts of suction at one surface.
     pub tries_in_place: u32,
 }
 
 impl ArmNumbers {
-    /// Reads them: `[precision]` by state of `S`, and `[numbers]`.
+    /// Reads `[precision]`, by state of `S`, and `[numbers]`.
     pub(super) fn read<S: Named>(from: &mut Numbers) -> Self {
         let passing = precision(from, "passing");
         let states = S::NAMES.iter();
@@ -114,14 +114,14 @@ impl ArmNumbers {
         }
     }
 
-    /// See the field.
+    /// The precision of `state`; a state without one never reaches a goal.
     pub(super) fn precision<S: Named>(&self, state: S) -> [Precision; 2] {
         let found = self.precision.get(usize::from(state.index()));
         found.copied().unwrap_or([Precision::new(0.0, 0.0); 2])
     }
 }
 
-/// The time `[numbers]` gives for `key`, up to `most` (s).
+/// The time of `key` in `[numbers]`, from 0 to `most` (s).
 pub fn seconds(from: &mut Numbers, key: &str, most: f64) -> PolicyTime {
     PolicyTime::from_seconds(from.number(&format!("numbers.{key}"), 0.0, most))
 }

@@ -1,4 +1,4 @@
-//! What a job gives, and what its functions work with.
+//! The definition of a job, and the inputs of its functions.
 
 use behavior::matrix::Next;
 use behavior::numbers::Numbers;
@@ -18,43 +18,43 @@ use crate::world::World;
 
 /// A condition that makes an event pending.
 pub type Pending<J> = fn(&Turn<'_, J>) -> bool;
-/// What a cell of the matrix calls.
+/// A function that a cell of the matrix calls.
 pub type Handler<J> = fn(&mut Turn<'_, J>) -> Next;
 
-/// A job of one arm whose decisions are a matrix in a file. The file may name the
-/// events, states and handlers given here, and no others.
+/// A job of one arm whose decisions are a matrix in a file. The file may name the events,
+/// states and handlers of this trait, and no others.
 pub trait MatrixJob: Send + Sized + 'static {
     /// The states.
     type State: Named + PartialEq;
-    /// What it remembers beside the matrix and the arm; part of the checkpoint.
+    /// Its memory beside that of the matrix and the arm; part of the checkpoint.
     type Memory: Default + Serialize + DeserializeOwned + Send;
-    /// The numbers of its own in the behaviour file.
+    /// Its own numbers in the behaviour file.
     type Numbers: Send;
 
-    /// The events, by name: when each is pending.
+    /// The events by name, each with its condition.
     const EVENTS: &'static [(&'static str, Pending<Self>)];
     /// The handlers, by name.
     const HANDLERS: &'static [(&'static str, Handler<Self>)];
 
-    /// Reads the numbers of its own.
+    /// Reads its own numbers.
     fn numbers(from: &mut Numbers) -> Self::Numbers;
 
-    /// The paces of its ways.
+    /// The paces of its motions.
     fn paces(&self, own: &Self::Numbers) -> Paces;
 
-    /// Whether a memory out of a checkpoint can be worked with.
+    /// Whether a memory from a checkpoint is valid.
     fn is_sound(&self, _memory: &Self::Memory) -> bool {
         true
     }
 
-    /// Changes a new memory after the task was reset.
+    /// Changes the new memory after the task was reset.
     fn reset(_memory: &mut Self::Memory) {}
 
-    /// Before events are looked for.
+    /// Called before the conditions of the events.
     fn observe(_turn: &mut Turn<'_, Self>) {}
 
-    /// After the event was handled: equipment, whether the job is done, and which
-    /// objects are in place.
+    /// Called after the event was handled: sets requests to the equipment, the outcome of the
+    /// job, and the objects in place.
     fn report(turn: &mut Turn<'_, Self>);
 
     /// See [`robocell_task::AnyPolicy::default_pose`].
@@ -62,12 +62,12 @@ pub trait MatrixJob: Send + Sized + 'static {
         None
     }
 
-    /// Continues from what is seen after missed decisions, where the memory does
-    /// not fit; answers the state to continue in.
+    /// Resumes from the observation after missed decisions, where the memory does not fit it;
+    /// returns the state to continue in.
     fn reconcile(turn: &mut Turn<'_, Self>) -> Next;
 
-    /// See [`robocell_task::Policy::tend`]. The memory is a new one, and what is said
-    /// to the arm and the log is not heard.
+    /// See [`robocell_task::Policy::tend`]. The memory is a new one, and commands to the arm
+    /// and the log are dropped.
     fn tend(_turn: &mut Turn<'_, Self>) {}
 }
 
@@ -77,13 +77,13 @@ pub struct Turn<'t, J: MatrixJob> {
     pub of: &'t J,
     /// The numbers of the job in the behaviour file.
     pub own: &'t J::Numbers,
-    /// Those about the arm.
+    /// The numbers about the arm.
     pub numbers: &'t ArmNumbers,
-    /// What is seen, and where goals and the log go.
+    /// The observation, and the output for goals and the log.
     pub world: World<'t>,
-    /// What is remembered of the arm.
+    /// The memory of the arm.
     pub arm: &'t mut ArmMemory,
-    /// And besides.
+    /// The memory of the job.
     pub memory: &'t mut J::Memory,
     /// The state at the start of the decision.
     pub state: J::State,
@@ -93,23 +93,23 @@ pub struct Turn<'t, J: MatrixJob> {
     pub tcp: Pose,
     /// Measured gripper.
     pub gripper: &'t GripperState,
-    /// What changed about the grip.
+    /// The change of the grip since the last decision.
     pub grip: GripChange,
-    /// What was reached on the path.
+    /// Progress on the path in this decision.
     pub reached: Reached,
 }
 
-/// An object as it is seen.
+/// An observed object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seen {
     /// Its pose, world frame.
     pub pose: Isometry3<f64>,
-    /// It does not move, and the operator does not drag it.
+    /// Whether it does not move and the operator does not drag it.
     pub at_rest: bool,
 }
 
 impl Seen {
-    /// An object; `None` where it is not in the cell.
+    /// An object; `None` if it is not in the cell.
     pub fn of(numbers: &ArmNumbers, seen: &Observation<'_>, object: usize) -> Option<Self> {
         let seen = seen.object(object)?;
         let slower = |v: [f64; 3], limit| Vector3::from(v).norm() < limit;
@@ -123,7 +123,7 @@ impl Seen {
 }
 
 impl<'t, J: MatrixJob> Turn<'t, J> {
-    /// An object; `None` where it is not in the cell.
+    /// An object; `None` if it is not in the cell.
     pub fn seen(&self, object: usize) -> Option<Seen> {
         Seen::of(self.numbers, self.world.observation, object)
     }
@@ -139,15 +139,16 @@ impl<'t, J: MatrixJob> Turn<'t, J> {
         self.world.setup.object_name(object)
     }
 
-    /// A new path from where the TCP is.
+    /// A new path, which starts at the TCP.
     pub fn route(&mut self) -> Route<'_> {
+        // A pause for the goal before does not delay the new one.
         self.arm.wait_until = self.now;
         let paces = self.of.paces(self.own);
         Route::new(&mut self.arm.path, paces, self.tcp, self.now)
     }
 
-    /// Whether the arm is on its path, as if no decision had been missed; `None`
-    /// where it has no path.
+    /// Whether the arm is on its path, as if no decision had been missed; `None` if it has no
+    /// path.
     pub fn is_on_path(&self) -> Option<bool> {
         let within = self.numbers.resume_m;
         self.arm.path.is_near(&self.tcp, within, self.now)
@@ -158,8 +159,8 @@ impl<'t, J: MatrixJob> Turn<'t, J> {
         self.now.since(self.arm.since) > limit
     }
 
-    /// Counts a failed pick-up of an object; from `most` in a row on the job fails
-    /// for `reason`. Answers whether it did.
+    /// Counts a failed pick-up of an object. After `most` in a row the job fails with `reason`.
+    /// Returns whether it failed.
     pub fn count_failed_pick(&mut self, object: usize, most: u32, reason: &str) -> bool {
         let attempts = self.world.job.attempts_mut(object);
         let failed = attempts.is_some_and(|attempts| {
@@ -174,12 +175,13 @@ impl<'t, J: MatrixJob> Turn<'t, J> {
         failed
     }
 
-    /// Says that an object is not attached any more, and why its grip broke; `counts`
-    /// where that is a drop.
+    /// Reports that an object is no longer attached, and why its grip broke. `counts` adds it
+    /// to the drops.
     pub fn note_drop(&mut self, object: usize, counts: bool) {
         self.world.job.counters.drops += u32::from(counts);
         let (name, gripper) = (self.name(object), self.gripper);
         let out = &mut *self.world.out;
+        // Without a break there is no limit and no cause to name.
         if !self.grip.broken {
             let why = format_args!("[drop] {name} is not attached any more");
             return out.event(TraceEvent::Drop, why);
@@ -209,7 +211,7 @@ pub mod when {
         turn.reached == Reached::Waypoint
     }
 
-    /// Never: the event is there for a file that names it.
+    /// Never: the event exists for files that name it.
     pub fn never<J: MatrixJob>(_turn: &Turn<'_, J>) -> bool {
         false
     }

@@ -1,11 +1,10 @@
 //! Jobs of one arm whose decisions are a matrix of events and states in a file, with
 //! conditions and handlers in Rust.
 //!
-//! A [`MatrixJob`] names its events and handlers and says what each does; the file
-//! says which handler answers which event in which state, and with which
-//! precision, times and distances. [`policy()`] joins the two. The handlers of
-//! [`pick`] are those of a suction pick-up, for every job that says where its
-//! object can be gripped.
+//! A [`MatrixJob`] names its events and handlers and implements them; the file maps an event in
+//! a state to a handler, and has the precision, times and distances. [`policy()`] joins the
+//! two. The handlers of [`pick`] are those of a suction pick-up, for every job that gives the
+//! spot at which its object can be gripped.
 
 mod arm;
 mod job;

@@ -24,7 +24,7 @@ use crate::world::World;
 /// The policy of `job` with the matrix in `file`, beside the cell file.
 ///
 /// # Errors
-/// [`SetupError`] with everything that is wrong in the file.
+/// Returns a [`SetupError`] with all errors of the file.
 pub fn policy<J: MatrixJob>(
     job: J,
     cell: &Cell,
@@ -50,9 +50,8 @@ pub fn policy<J: MatrixJob>(
 /// The matrix and the numbers in the text of a behaviour file.
 ///
 /// # Errors
-/// Everything that is wrong in it, with line and column: an event, a state or a
-/// handler without an implementation, and a number that is unknown, missing or
-/// out of range.
+/// Returns all errors with line and column: an event, a state or a handler without an
+/// implementation, and a number that is unknown, missing or out of range.
 pub fn load<J: MatrixJob>(
     file: &str,
     text: &str,
@@ -69,11 +68,12 @@ pub fn load<J: MatrixJob>(
     let mut numbers = Numbers::read(file, text).map_err(|why| why.to_string())?;
     let arm = ArmNumbers::read::<J::State>(&mut numbers);
     let own = J::numbers(&mut numbers);
+    // After all readers: a number that none of them asked for is a misspelt one.
     numbers.finish().map_err(|why| why.to_string())?;
     Ok((table, arm, own))
 }
 
-/// What never changes while a job runs.
+/// The parts that do not change while a job runs.
 struct Fixed<J: MatrixJob> {
     job: J,
     setup: Setup,
@@ -89,7 +89,7 @@ struct MatrixPolicy<J: MatrixJob> {
 }
 
 impl<J: MatrixJob> MatrixPolicy<J> {
-    /// The matrix, and a decision of it; `None` where there is no arm to be seen.
+    /// The matrix and a decision of it; `None` if the observation has no arm.
     fn turn<'t>(
         &'t mut self,
         observation: &'t Observation<'t>,
@@ -128,7 +128,9 @@ fn turn<'t, J: MatrixJob>(
 
 /// Handles one event.
 fn step<J: MatrixJob>(run: &mut MatrixRun, turn: &mut Turn<'_, J>) {
+    // The grip first: conditions of events compare it with the decision before.
     turn.grip = turn.arm.grip.update(turn.gripper);
+    // During a pause nothing is reached, so that an event of arrival is not raised twice.
     if turn.now >= turn.arm.wait_until {
         let precision = turn.numbers.precision(turn.state);
         turn.reached = turn.arm.path.step(&turn.tcp, precision, turn.now);
@@ -142,6 +144,7 @@ fn step<J: MatrixJob>(run: &mut MatrixRun, turn: &mut Turn<'_, J>) {
     }
     let handled = run.handle(pending, &mut Host(turn));
     if run.tell(handled, turn.world.out) {
+        // The time of a state starts with its entry, also where it is entered from itself.
         turn.arm.since = turn.now;
         turn.world.job.counters.phase_entry += 1;
     }
@@ -176,12 +179,15 @@ impl<J: MatrixJob> AnyPolicy for MatrixPolicy<J> {
         step(run, &mut turn);
         let intent = turn.arm.path.intent(turn.arm.gripper(), turn.now);
         turn.world.out.arm(ARM, intent);
+        // Rebuilt by `report` in each decision from the observation.
         turn.world.job.placed.clear();
         J::report(&mut turn);
         turn.world.out.phase = run.phase();
     }
 
     fn tend(&self, observation: &Observation<'_>, job: &mut Job) {
+        // Output and memories are thrown away: only requests to the equipment, in the job,
+        // remain.
         let mut out = Output::default();
         let (mut arm, mut memory) = (ArmMemory::default(), J::Memory::default());
         let world = World::new(&self.fixed.setup, observation, job, &mut out, ARM);
@@ -210,6 +216,7 @@ impl<J: MatrixJob> AnyPolicy for MatrixPolicy<J> {
 
     fn restore(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
         let job = &self.fixed.job;
+        // Both memories are checked before the matrix is restored, so an error changes nothing.
         let sound = |(arm, memory): &(ArmMemory, J::Memory)| arm.is_sound() && job.is_sound(memory);
         (self.arm, self.memory) = self.run.restore(bytes, sound)?;
         Ok(())
@@ -223,7 +230,7 @@ impl<J: MatrixJob> AnyPolicy for MatrixPolicy<J> {
         let Some((run, mut turn)) = self.turn(observation, job, out) else {
             return;
         };
-        // Whatever was in the way, the state has its time again.
+        // Whatever caused the gap, the state has its full time again.
         turn.arm.since = turn.now;
         let next = J::reconcile(&mut turn);
         if run.set(next) {

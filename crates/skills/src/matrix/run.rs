@@ -1,5 +1,5 @@
-//! A running matrix of events and states: its changes are traced, and its state
-//! is part of the policy's checkpoint.
+//! A running matrix of events and states. Its changes are traced, and its state is part of the
+//! policy's checkpoint.
 
 use std::sync::Arc;
 
@@ -14,23 +14,23 @@ use serde_bytes::{ByteBuf, Bytes};
 
 use crate::named::Named;
 
-/// A handler's answer: to `state`.
+/// A handler's result: the transition to `state`.
 pub fn goto(state: impl Named) -> Next {
     Next::Goto(StateId(state.index()))
 }
 
-/// One matrix, with its table for a reset.
+/// A matrix, with its table for a reset.
 #[derive(Clone, Debug)]
 pub struct MatrixRun {
     table: Arc<Table>,
     matrix: Matrix,
-    /// State and event of the cell that was traced last: one that is handled in
-    /// every decision is traced once.
+    /// State and event of the last traced cell: one that is handled in every decision is traced
+    /// once.
     shown: Option<(u16, u16)>,
 }
 
 impl MatrixRun {
-    /// In its first state.
+    /// A matrix in its first state.
     pub fn new(table: Arc<Table>) -> Self {
         Self {
             matrix: Matrix::new(Arc::clone(&table)),
@@ -39,7 +39,7 @@ impl MatrixRun {
         }
     }
 
-    /// Back in its first state.
+    /// Resets the matrix to its first state.
     pub fn reset(&mut self) {
         *self = Self::new(Arc::clone(&self.table));
     }
@@ -49,23 +49,22 @@ impl MatrixRun {
         &self.table
     }
 
-    /// Its state by number.
+    /// Its state, by index.
     pub fn state_id(&self) -> StateId {
         self.matrix.state()
     }
 
-    /// Whether an end was reached.
+    /// Whether a final state was reached.
     pub fn status(&self) -> Status {
         self.matrix.status()
     }
 
-    /// Its state: a file has no others than those of the job's vocabulary.
+    /// Its state. A file has no other states than those of the job's vocabulary.
     pub fn state<S: Named>(&self) -> Option<S> {
         S::at(self.matrix.state().0)
     }
 
-    /// Changes its state without a handler. Answers whether there was one to change
-    /// to.
+    /// Changes its state without a handler. Returns whether `next` is a transition.
     pub fn set(&mut self, next: Next) -> bool {
         if let Next::Goto(state) = next {
             self.matrix.set_state(state);
@@ -81,7 +80,8 @@ impl MatrixRun {
     /// Handles the first of the pending events.
     ///
     /// # Errors
-    /// Where a handler goes where its cell does not lead: the state is what it was.
+    /// Returns an error if a handler chooses a transition that its cell does not have; the
+    /// state is unchanged then.
     pub fn handle(
         &mut self,
         pending: EventSet,
@@ -91,8 +91,7 @@ impl MatrixRun {
         self.matrix.tick(pending, handlers).map(|_| ())
     }
 
-    /// Traces which event was `handled` and which state was left for which. Answers
-    /// whether one was.
+    /// Traces the handled event and the transition. Returns whether the state changed.
     pub fn tell(&mut self, handled: Result<(), StepError>, out: &mut Output) -> bool {
         if let Err(wrong) = handled {
             out.event(TraceEvent::Fault, format_args!("[fault] {wrong}"));
@@ -109,6 +108,7 @@ impl MatrixRun {
                     state,
                     event,
                     handler: Some(_),
+                // The idle event is handled in nearly every decision and would fill the trace.
                 } if Some(event) != idle => {
                     let shown = Some((state.0, event.0));
                     if self.shown != shown {
@@ -133,27 +133,27 @@ impl MatrixRun {
         out.transition(format_args!("{from} -> {to} ({event})"));
     }
 
-    /// Its picture.
+    /// Its graph.
     pub fn describe(&self) -> Vec<Graph> {
         vec![self.matrix.describe()]
     }
 
-    /// Appends how the states stand.
+    /// Appends the statuses of its states.
     pub fn statuses(&self, out: &mut Vec<NodeStatus>) {
         out.extend(self.matrix.statuses());
     }
 
-    /// A policy's record: the state, and what it remembers besides.
+    /// The record of a policy: the state, and its other memory.
     pub fn save(&self, memory: &impl Serialize) -> Vec<u8> {
         let mut state = Vec::with_capacity(self.matrix.record_bytes());
         self.matrix.save(&mut state);
         checkpoint::to_bytes(&(Bytes::new(&state), self.shown, memory))
     }
 
-    /// Takes the state of such a checkpoint, and answers the rest of it.
+    /// Restores the state of such a record, and returns the other memory.
     ///
     /// # Errors
-    /// For a checkpoint that is damaged, of another matrix, or whose memory is not
+    /// Returns an error for a record that is damaged, of another matrix, or whose memory is not
     /// `sound`; nothing has changed then.
     pub fn restore<M: DeserializeOwned>(
         &mut self,

@@ -13,7 +13,7 @@ use crate::condition::{Condition, PLACE_TOLERANCE_M};
 use crate::setup::Setup;
 use crate::skill::Station;
 
-/// A condition that is made from its ports at every tick.
+/// A condition that is created from its ports in every tick.
 struct Asked<F>(F);
 
 impl<F> Leaf<Station> for Asked<F>
@@ -23,6 +23,7 @@ where
     type State = ();
 
     fn tick(&self, (): &mut (), cx: &mut Context<'_, '_>) -> Result<Status, Fault> {
+        // An unknown name makes a condition false, not a fault: its key may be written later.
         let holds = (self.0)(cx)?.is_some_and(|condition| condition.holds(cx.world));
         Ok(if holds {
             Status::Success
@@ -123,7 +124,7 @@ fn holding(setup: &Arc<Setup>) -> NodeType<Station> {
     .input_or("object", Str::EMPTY, "the object")
 }
 
-/// With the ports of a condition about the slots of a place.
+/// Adds the ports of a condition about the slots of a place.
 fn slots(node_type: NodeType<Station>) -> NodeType<Station> {
     node_type
         .input::<Str>("place", "a place of [task]")

@@ -1,6 +1,6 @@
-//! Motions, grips and checks that watch the object they are about. Where it is not
-//! where it should be they do not fail: they ask for a recovery and run until a
-//! guard of the tree takes over, see [`Recovery`].
+//! Motions, grips and checks that watch their object. If it is not where it should be they do
+//! not fail: they request a recovery and run until a guard of the tree takes over, see
+//! [`Recovery`].
 #![allow(clippy::result_large_err, reason = "happens at load, once")]
 
 mod checks;
@@ -25,11 +25,11 @@ pub(super) fn add(library: Library<Station>, keys: WorkKeys) -> Library<Station>
     checks::add(library)
 }
 
-/// The object a node watches, and the zone it works in.
+/// The object that a node watches, and the zone in which it works.
 #[derive(Clone, Copy)]
 struct Guard {
     object: In<Str>,
-    /// Where the object was when it was aimed at (m).
+    /// Position of the object when the motion was aimed at it (m).
     reference: In<[f64; 3]>,
     movement: In<f64>,
     skip_when_held: In<bool>,
@@ -56,7 +56,7 @@ impl Guard {
         })
     }
 
-    /// The object, `None` between two of them.
+    /// The object; `None` between two of them.
     fn object(&self, cx: &Context<'_, '_>) -> Result<Option<usize>, Fault> {
         let name = cx.get(&self.object)?;
         Ok(cx.world.setup.object(name.as_str()))
@@ -68,12 +68,12 @@ impl Guard {
         Ok(object.is_some() && cx.world.held() == object)
     }
 
-    /// Whether there is nothing to do, because the object is in the gripper.
+    /// Whether the node has nothing to do, because the object is in the gripper.
     fn skips(&self, cx: &Context<'_, '_>) -> Result<bool, Fault> {
         Ok(cx.get(&self.skip_when_held)? && self.holds(cx)?)
     }
 
-    /// Whether the arm may work where it is sent; it waits while it may not.
+    /// Whether the arm may work at its target; it waits while it may not.
     fn may_work(&self, turn: &mut Turn, cx: &mut Context<'_, '_>) -> Result<bool, Fault> {
         match &self.zone {
             Some((in_zone, lease)) if cx.get(in_zone)? => turn.comes(lease, cx),
@@ -81,8 +81,8 @@ impl Guard {
         }
     }
 
-    /// Whether the object is further than the movement allowed from where it was
-    /// aimed at; asks for a recovery then. An object that is not seen has moved.
+    /// Whether the object is farther than the allowed movement from its reference; requests a
+    /// recovery then. An object that is not observed has moved.
     fn has_moved(&self, cx: &mut Context<'_, '_>) -> Result<bool, Fault> {
         let Some(object) = self.object(cx)? else {
             return Ok(false);
@@ -99,9 +99,8 @@ impl Guard {
         Ok(true)
     }
 
-    /// Whether the object has left the gripper: it is further from the TCP than
-    /// `max_distance` (m), or was missed for a while, which `missed` counts. Asks
-    /// for a recovery then.
+    /// Whether the object has left the gripper: it is farther from the TCP than `max_distance`
+    /// (m), or was missing for a while, which `missed` counts. Requests a recovery then.
     fn is_lost(
         &self,
         cx: &mut Context<'_, '_>,
@@ -111,6 +110,8 @@ impl Guard {
         let Some(object) = self.object(cx)? else {
             return Ok(false);
         };
+        // Both are needed: a distance alone misses an object that slips from the fingers
+        // slowly, and the contacts alone may be missing for single ticks.
         let missing = cx.world.is_lost(object, missed);
         let position = cx.world.position(object);
         let near = position.is_some_and(|p| (p - cx.world.tcp_position()).norm() <= max_distance);
@@ -123,7 +124,7 @@ impl Guard {
     }
 }
 
-/// With the ports of a [`Guard`].
+/// Adds the ports of a [`Guard`].
 fn guarded(node_type: NodeType<Station>) -> NodeType<Station> {
     node_type
         .input_or(
@@ -161,18 +162,19 @@ fn guarded(node_type: NodeType<Station>) -> NodeType<Station> {
         )
 }
 
-/// The zone of a node.
+/// The name of a node's zone.
 pub(super) fn zone(binder: &mut Binder<'_>, keys: WorkKeys) -> Result<String, BindError> {
     match binder.input::<Str>("zone")? {
         In::Literal(name) if name.is_empty() => Ok(keys.zone.to_owned()),
         In::Literal(name) => Ok(name.as_str().to_owned()),
+        // Refused: the lease of a zone is bound to keys of the board while the file is loaded.
         In::Key(_) => Err(BindError::Host(
             "port 'zone' is bound to a key; write the name of the zone".to_owned(),
         )),
     }
 }
 
-/// An input that is a key of the tree's own blackboard where no port is given.
+/// An input from its port, or, if that is not given, from a key of the tree's own blackboard.
 fn port_or_key<T: Plain>(
     binder: &mut Binder<'_>,
     port: &str,

@@ -1,5 +1,5 @@
-//! The skills and conditions as node types, for trees in files and for the steps
-//! of machines and matrices.
+//! The skills and conditions as node types, for trees in files and for the steps of machines
+//! and matrices.
 
 mod conditions;
 mod guarded;
@@ -27,24 +27,22 @@ use crate::setup::Setup;
 use crate::skill::{Skill, Station};
 use names::{able_to_grip, is_given, object, place_named};
 
-/// What motions drive; a tree has one.
+/// The resource that motions drive; a tree has one arm.
 pub(crate) const ARM: &str = "arm";
 
-/// What a leaf gets with each call.
+/// The context of a call of a leaf.
 pub type Context<'a, 'w> = Cx<'a, 'w, Station>;
 
-/// Names that nodes use where no port says otherwise, see [`with_work`].
+/// Names that nodes use if no port gives another, see [`with_work`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WorkKeys {
-    /// Key of the tree's own blackboard: name of the object it works at, empty
-    /// for none.
+    /// Key of the tree's own blackboard: name of the object on which it works, empty for none.
     pub object: &'static str,
-    /// Key of the tree's own blackboard: where that object was when it was aimed
-    /// at (m).
+    /// Key of the tree's own blackboard: position of that object when it was aimed at (m).
     pub reference: &'static str,
-    /// Beginning of the shared keys that say whose an object is.
+    /// Prefix of the shared keys with the owner of each object.
     pub owners: &'static str,
-    /// The zone that nodes work in.
+    /// The zone in which nodes work.
     pub zone: &'static str,
 }
 
@@ -59,14 +57,13 @@ impl Default for WorkKeys {
     }
 }
 
-/// All node types, for a cell. Names of objects, places and sensors that are
-/// written in a file are checked when it is loaded.
+/// All node types for a cell. Names of objects, places and sensors in a file are checked when
+/// it is loaded.
 pub fn library(setup: &Arc<Setup>) -> Library<Station> {
     with_work(skills(setup), setup, WorkKeys::default())
 }
 
-/// Adds the node types for arms that work side by side, and for trees with a
-/// branch of their own for recoveries.
+/// Adds the node types for arms in a shared cell, and for trees with a recovery branch.
 pub fn with_work(
     library: Library<Station>,
     setup: &Arc<Setup>,
@@ -113,8 +110,8 @@ fn skills(setup: &Arc<Setup>) -> Library<Station> {
     conditions::add(library, setup)
 }
 
-/// A leaf whose skill is made from its ports at every tick; `None` where an
-/// object or a place does not exist, which fails.
+/// A leaf whose skill is created from its ports in every tick. `None`, for an object or a place
+/// that does not exist, is a failure.
 struct Made<F>(F);
 
 impl<S, F> Leaf<Station> for Made<F>
@@ -130,6 +127,8 @@ where
     }
 
     fn tick(&self, state: &mut Progress, cx: &mut Context<'_, '_>) -> Result<Status, Fault> {
+        // Ports are read in every tick, since keys of the blackboard may change; the progress
+        // is kept.
         match (self.0)(cx)? {
             Some(skill) => Ok(skill.step(state, cx.world)),
             None => Ok(Status::Failure),
@@ -278,7 +277,7 @@ fn stay() -> NodeType<Station> {
     .within(0.0, 3600.0)
 }
 
-/// The node type that gives the job up.
+/// Name of the node type that fails the job.
 pub(crate) const FAIL_JOB: &str = "FailJob";
 
 /// Fails the job.

@@ -74,7 +74,7 @@ pub(super) fn move_to(setup: &Arc<Setup>) -> NodeType<Station> {
     way::ports(node_type)
 }
 
-/// What a `MoveTo` goes to.
+/// The target of a `MoveTo`.
 #[derive(Clone, Copy)]
 enum Where {
     Object(Named),
@@ -92,6 +92,7 @@ impl Where {
             .zip(given)
             .find(|(_, is)| *is && pose)
         {
+            // A warning, not an error: the file is valid, and the motion follows the object.
             let message = format!("'pose' is not used beside '{}'; drop one of them", port.0);
             binder.warn("unused_pose", message);
         }
@@ -138,15 +139,15 @@ impl Where {
     }
 }
 
-/// The pose that 3 or 7 numbers mean; straight down as the tool is turned now
-/// without an orientation.
+/// The pose of 3 or 7 numbers. Three numbers are a position, with the tool straight down and
+/// not turned.
 pub(super) fn tcp_pose(numbers: &[f64], world: &World<'_>) -> Option<Pose> {
     match *numbers {
         [x, y, z] => Some(Pose {
             position: [x, y, z],
             orientation_wxyz: world.tool().down(0.0),
         }),
-        // No turn at all has no direction: the node fails.
+        // A quaternion near zero has no direction: the node fails.
         [.., w, i, j, k] if poses::length([w, i, j, k]) < poses::NO_LENGTH => None,
         [x, y, z, w, i, j, k] => {
             let unit = geometry::rotation([w, i, j, k]);

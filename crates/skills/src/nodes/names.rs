@@ -10,8 +10,8 @@ use crate::ability::{self, Need};
 use crate::setup::{ARM, Setup};
 use crate::shared::ROBOT;
 
-/// A name that a port is bound to: resolved when the file is loaded, or looked
-/// up at every tick where it is in a key.
+/// A name of a port: resolved when the file is loaded, or looked up in every tick if it is in a
+/// key.
 #[derive(Clone, Copy)]
 pub(super) enum Named {
     Index(usize),
@@ -42,7 +42,7 @@ pub(super) fn named(
         return Ok(Named::Key(bound, find));
     };
     if known.is_empty() && setup.arms.is_empty() {
-        // A file that is looked at without its cell.
+        // A file that is checked without its cell.
         return Ok(Named::Index(usize::MAX));
     }
     find(setup, name.as_str()).map(Named::Index).ok_or_else(|| {
@@ -51,8 +51,8 @@ pub(super) fn named(
     })
 }
 
-/// Notes a key whose default is no name of the cell. Another one may be written before it is
-/// read.
+/// Warns about a key whose default is not a name of the cell. Another name may be written
+/// before it is read.
 fn unknown_default(binder: &mut Binder<'_>, port: &str, setup: &Setup, known: &[&str]) {
     let Some(Value::Text(name)) = binder.initial(port) else {
         return;
@@ -87,8 +87,8 @@ pub(super) fn sensor(binder: &mut Binder<'_>, setup: &Setup) -> Result<Named, Bi
     })
 }
 
-/// Refuses a node that picks `object` up, `None` for one that is known later, where the arm
-/// of its tree cannot.
+/// Refuses a node that picks up `object` (`None` if it is known later) if the arm of its tree
+/// cannot (ADR 0026).
 #[allow(clippy::result_large_err, reason = "happens at load, once")]
 pub(super) fn able_to_grip(
     binder: &Binder<'_>,
@@ -97,7 +97,7 @@ pub(super) fn able_to_grip(
 ) -> Result<(), BindError> {
     let named = binder.text_constant(ROBOT).ok();
     let arm = named.and_then(|name| setup.arm(name)).unwrap_or(ARM);
-    // A file that is looked at without its cell has no arms.
+    // A file that is checked without its cell has no arms.
     let Some(spec) = setup.arms.get(arm) else {
         return Ok(());
     };
@@ -110,13 +110,14 @@ pub(super) fn able_to_grip(
         let object = object.map(|object| object.name.as_str());
         return Err(BindError::Host(ability::refusal(&spec.name, object, lack)));
     }
+    // Collected for warnings: whether the arm reaches the object is known with the cell only.
     if let Some(index) = index {
         setup.picks.note(arm, index);
     }
     Ok(())
 }
 
-/// Whether a port was given, whose default is an empty text or no numbers.
+/// Whether a port is given; its default is an empty text or an empty list.
 pub(super) fn is_given(binder: &Binder<'_>, port: &str) -> bool {
     match binder.bindings.get(port) {
         Some(Binding::Literal(behavior::Value::Text(text))) => !text.is_empty(),

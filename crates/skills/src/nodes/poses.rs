@@ -1,4 +1,4 @@
-//! Poses in files that are probably not meant: far away, or with an orientation that is none.
+//! Probable mistakes in poses of files: far away, or with an orientation that is none.
 
 use behavior::tree::Binder;
 use nalgebra::Vector3;
@@ -6,11 +6,11 @@ use nalgebra::Vector3;
 use crate::setup::{ARM, Setup};
 use crate::shared::ROBOT;
 
-/// No cell is wider: a number of millimetres is found by it (m).
+/// No cell is wider: numbers that are millimetres are detected by it (m).
 const FAR_M: f64 = 20.0;
 /// A quaternion shorter than this has no direction.
 pub(super) const NO_LENGTH: f64 = 1.0e-6;
-/// A quaternion of another length was probably mistyped; it is scaled.
+/// A quaternion whose length differs by more was probably mistyped; it is scaled.
 const LENGTH_TOLERANCE: f64 = 0.01;
 
 /// Length of a quaternion.
@@ -18,7 +18,7 @@ pub(super) fn length(wxyz: [f64; 4]) -> f64 {
     wxyz.iter().map(|part| part * part).sum::<f64>().sqrt()
 }
 
-/// Notes what is odd about a pose of 3 or 7 numbers in `port`.
+/// Warns about a doubtful pose of 3 or 7 numbers in `port`.
 pub(super) fn check(binder: &mut Binder<'_>, setup: &Setup, port: &str, numbers: &[f64]) {
     let [x, y, z, turn @ ..] = numbers else {
         return;
@@ -27,6 +27,7 @@ pub(super) fn check(binder: &mut Binder<'_>, setup: &Setup, port: &str, numbers:
     let named = binder.text_constant(ROBOT).ok();
     let arm = named.and_then(|name| setup.arm(name)).unwrap_or(ARM);
     let far = match setup.arms.get(arm) {
+        // A warning only: the tool may point sideways there, or the tree may never go to it.
         Some(arm) if !arm.reaches(point) => {
             let (off, reach) = ((point - arm.base).norm(), arm.reach_m);
             Some(format!(
@@ -34,7 +35,7 @@ pub(super) fn check(binder: &mut Binder<'_>, setup: &Setup, port: &str, numbers:
                 arm.name
             ))
         }
-        // A file that is looked at without its cell.
+        // A file that is checked without its cell.
         None if point.norm() > FAR_M => Some(format!(
             "{:.0} m from the origin of the cell; are these millimetres?",
             point.norm()

@@ -1,4 +1,4 @@
-//! The ports of a motion that say how it goes to its target.
+//! The ports of a motion about its path to the target.
 
 use behavior::Str;
 use behavior::board::{Fault, In};
@@ -12,7 +12,7 @@ use crate::setup::Setup;
 use crate::skill::Station;
 use crate::way::Way;
 
-/// With these ports.
+/// Adds these ports.
 pub(super) fn ports(node_type: NodeType<Station>) -> NodeType<Station> {
     node_type
         .input_or(
@@ -71,6 +71,7 @@ impl WayPorts {
         for (joint, position) in posture.iter_mut().zip(positions.as_slice()) {
             *joint = *position;
         }
+        // A corridor without a direction has no width either, whatever the port says.
         let approach: Option<[f64; 3]> = cx.get(&self.approach)?.as_slice().try_into().ok();
         Ok(Way {
             posture: (!positions.as_slice().is_empty()).then_some(posture),
@@ -82,7 +83,7 @@ impl WayPorts {
     }
 }
 
-/// Numbers that are written in the file, as many as `allowed` or none.
+/// Numbers written in the file, as many as `allowed` or none. Those of a key are known later.
 #[allow(clippy::result_large_err, reason = "happens at load, once")]
 fn counted(
     binder: &mut Binder<'_>,
@@ -104,19 +105,21 @@ fn counted(
     Ok(bound)
 }
 
-/// Bits of the obstacles whose names begin as the port says.
+/// Bits of the obstacles whose names start as the port says.
 #[allow(clippy::result_large_err, reason = "happens at load, once")]
 fn obstacles(binder: &mut Binder<'_>, setup: &Setup, port: &str) -> Result<u64, BindError> {
     let In::Literal(start) = binder.input::<Str>(port)? else {
         return Err(BindError::Host(format!("'{port}' has to be a name")));
     };
     if start.is_empty() || setup.arms.is_empty() {
-        // Not given, or a file that is looked at without its cell.
+        // Not given, or a file that is checked without its cell.
         return Ok(0);
     }
+    // The mask of a goal has 64 bits, and a cell at most as many obstacles.
     let named = setup.obstacles.iter().take(64).enumerate();
     let named = named.filter(|(_, name)| name.starts_with(start.as_str()));
     let mask = named.fold(0, |mask, (bit, _)| mask | 1 << bit);
+    // Refused: a misspelt name would make the motion avoid what it should ignore.
     if mask == 0 {
         let known: Vec<&str> = setup.obstacles.iter().map(String::as_str).collect();
         let advice = suggest::advice(start.as_str(), &known);

@@ -1,5 +1,5 @@
-//! Node types for arms that work side by side: zones that one arm at a time works
-//! in, and objects that one arm at a time works at.
+//! Node types for arms in a shared cell: zones in which one arm works at a time, and objects on
+//! which one arm works at a time.
 #![allow(clippy::result_large_err, reason = "happens at load, once")]
 
 use std::sync::Arc;
@@ -76,6 +76,8 @@ impl Leaf<Station> for LeaveZone {
     fn tick(&self, (): &mut (), cx: &mut Context<'_, '_>) -> Result<Status, Fault> {
         let object = cx.world.setup.object(cx.get(&self.object)?.as_str());
         if let Some(object) = object.filter(|object| cx.world.held() == Some(*object)) {
+            // From here on the object is lost, not moved, if it is no longer in the gripper
+            // (`reconcile`).
             self.owners.set(cx, object, Owner::Carried)?;
         }
         self.lease.release(cx)?;
@@ -109,7 +111,7 @@ fn leave(setup: &Arc<Setup>, keys: WorkKeys) -> NodeType<Station> {
     )
 }
 
-/// Reserves an object, or gives it back.
+/// Reserves an object, or makes it available again.
 struct Reserve {
     owners: Reservations,
     object: In<Str>,
@@ -124,6 +126,8 @@ impl Leaf<Station> for Reserve {
         let Some(object) = object else {
             return Ok(Status::Failure);
         };
+        // An arm cannot take the object of another one: the other would be sent to an object
+        // that is gone.
         if self.owners.owner(cx, object)? == Owner::Other {
             return Ok(Status::Failure);
         }

@@ -1,5 +1,5 @@
-//! A path of waypoints: glides, postures, corridors, obstacles by waypoint, and
-//! motions of the joints.
+//! A path of waypoints, with paces, postures, corridors and obstacles for each, and motions of
+//! the joints.
 
 mod precision;
 mod route;
@@ -15,31 +15,31 @@ pub use precision::Precision;
 pub use route::{Paces, Route};
 pub use waypoint::{MAX_APPROACH_M, MAX_WAYPOINTS, Waypoint};
 
-/// No run has so many moves.
+/// Upper bound of the number of moves in a checkpoint; no run has so many.
 const MOST_MOVES: u64 = 1 << 62;
 
-/// What a decision finds about the path.
+/// Progress of the path in one decision.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reached {
-    /// Still on the way, or nowhere to go.
+    /// Nothing was reached, or there is no path.
     Nothing,
     /// A waypoint that is not the last.
     Waypoint,
-    /// The last one. Reported once for each move.
+    /// The last waypoint. Reported once for each move.
     Goal,
 }
 
-/// Waypoints of one arm, first in, first out, and where its target is. Part of
-/// a policy's record.
+/// Waypoints of one arm, first in, first out, and the present target. Part of a policy's
+/// record.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Path {
-    /// The first is the one under way; it stays when it was the last.
+    /// The first one is in progress; it stays if it is the last.
     waypoints: Vec<Waypoint>,
-    /// Where and when the glide to the first began.
+    /// Start and time of the glide to the first.
     glide: Option<Glide>,
-    /// The last waypoint has not been reached yet.
+    /// Whether the last waypoint has not been reached yet.
     moving: bool,
-    /// Counts moves: every one is a goal of its own for the controller.
+    /// Number of moves: each of them is a goal of its own for the controller.
     key: u64,
 }
 
@@ -50,7 +50,7 @@ struct Glide {
 }
 
 impl Path {
-    /// Nowhere to go, with room for a whole path.
+    /// An empty path, with memory for a whole one, so that no decision allocates.
     pub fn new() -> Self {
         Self {
             waypoints: Vec::with_capacity(MAX_WAYPOINTS),
@@ -58,22 +58,22 @@ impl Path {
         }
     }
 
-    /// Forgets the path: the arm holds. Numbers of moves continue counting.
+    /// Drops the path: the arm holds. The number of moves continues.
     pub fn stop(&mut self) {
         self.waypoints.clear();
         self.glide = None;
         self.moving = false;
     }
 
-    /// Forgets the path and goes to `waypoint`, from `start` where it glides:
-    /// the target so far, or the measured cup.
+    /// Replaces the path by `waypoint`. A glide begins at `start`: the target so far, or the
+    /// measured cup.
     pub fn go(&mut self, waypoint: Waypoint, start: &Pose, now: PolicyTime) {
         self.stop();
         self.waypoints.push(waypoint);
         self.begin(start, now);
     }
 
-    /// Goes to `waypoint` after those there are. Answers whether there was room.
+    /// Appends `waypoint`. Returns whether there was room.
     pub fn then(&mut self, waypoint: Waypoint) -> bool {
         let fits = self.moving && self.waypoints.len() < MAX_WAYPOINTS;
         if fits {
@@ -82,16 +82,15 @@ impl Path {
         fits
     }
 
-    /// Moves the last waypoint under way without beginning a new move; nothing
-    /// where none is under way.
+    /// Replaces the last waypoint without a new move. Does nothing if no move is in progress.
     pub fn aim(&mut self, waypoint: Waypoint) {
         if let Some(last) = self.waypoints.last_mut().filter(|_| self.moving) {
             *last = waypoint;
         }
     }
 
-    /// Wants the last waypoint reached once more, without a new move: what is
-    /// reached already is reported at the next step.
+    /// Lets the last waypoint be reached once more, without a new move: if it is reached
+    /// already, the next step reports it.
     pub fn again(&mut self) {
         self.moving = !self.waypoints.is_empty();
     }
@@ -101,18 +100,18 @@ impl Path {
         self.moving
     }
 
-    /// Whether the waypoint under way is the last one.
+    /// Whether the waypoint in progress is the last one.
     pub fn is_last(&self) -> bool {
         self.waypoints.len() <= 1
     }
 
-    /// The waypoint the path ends at.
+    /// The last waypoint of the path.
     pub fn end(&self) -> Option<&Waypoint> {
         self.waypoints.last()
     }
 
-    /// Compares the TCP with the waypoint under way, and takes the next one as soon
-    /// as that is reached: within `passing` where it is not the last, else `goal`.
+    /// Compares the TCP with the waypoint in progress, and starts the next one as soon as it is
+    /// reached: within `passing` if it is not the last, else within `goal`.
     pub fn step(
         &mut self,
         measured: &Pose,
@@ -124,6 +123,8 @@ impl Path {
         };
         let last = self.is_last();
         let precision = if last { goal } else { passing };
+        // The glide has to end, too: a slow target may pass near the waypoint before it gets
+        // there.
         if self.part(now) < 1.0 || !precision.reached(&first.pose(), measured) {
             return Reached::Nothing;
         }
@@ -131,13 +132,14 @@ impl Path {
             self.moving = false;
             return Reached::Goal;
         }
+        // From the waypoint, not from the TCP: the target must not jump back by the arm's lag.
         let start = first.pose();
         self.waypoints.remove(0);
         self.begin(&start, now);
         Reached::Waypoint
     }
 
-    /// Where the target is now; `None` with nowhere to go.
+    /// The present target; `None` without a path.
     pub fn target(&self, now: PolicyTime) -> Option<Pose> {
         let pose = self.waypoints.first()?.pose();
         let Some(glide) = self.glide else {
@@ -146,7 +148,7 @@ impl Path {
         Some(pose::between(&glide.from.into(), &pose, self.part(now)))
     }
 
-    /// The goal of the arm: to the target, or to hold.
+    /// The goal of the arm: the target, or to hold.
     pub fn intent(&self, gripper: GripperGoal, now: PolicyTime) -> ArmIntent {
         let held = ArmIntent {
             gripper,
@@ -173,8 +175,7 @@ impl Path {
         }
     }
 
-    /// Whether a restored path can be gone: not longer than it may be, through
-    /// places there can be.
+    /// Whether a restored path is valid: its length, its poses, and the number of moves.
     pub fn is_sound(&self) -> bool {
         self.waypoints.len() <= MAX_WAYPOINTS
             && self.key < MOST_MOVES
@@ -182,8 +183,8 @@ impl Path {
             && self.glide.is_none_or(|glide| glide.from.is_sound())
     }
 
-    /// Whether a TCP measured there is nearer to the target than `within_m`; `None`
-    /// with nowhere to go.
+    /// Whether a TCP measured at `measured` is nearer to the target than `within_m`; `None`
+    /// without a path.
     pub fn is_near(&self, measured: &Pose, within_m: f64, now: PolicyTime) -> Option<bool> {
         self.target(now)
             .map(|target| pose::distance(&target, measured) <= within_m)
@@ -202,7 +203,7 @@ impl Path {
         });
     }
 
-    /// How far the target has glided, from 0 to 1.
+    /// Share of the glide that has passed, 0 to 1.
     fn part(&self, now: PolicyTime) -> f64 {
         let (Some(glide), Some(first)) = (self.glide, self.waypoints.first()) else {
             return 1.0;
@@ -212,7 +213,7 @@ impl Path {
     }
 }
 
-/// Positions of the first joints as a message has them: those of the others are 0.
+/// Positions of the first joints in the form of a message: the others are 0.
 pub fn padded(posture: &[f64]) -> [f64; MAX_JOINTS] {
     let mut joints = [0.0; MAX_JOINTS];
     for (slot, position) in joints.iter_mut().zip(posture) {

@@ -1,27 +1,27 @@
-//! When a waypoint counts as reached.
+//! The condition for a waypoint to be reached.
 
 use ipc_types::Pose;
 use nalgebra::Vector3;
 
 use crate::geometry::rotation;
 
-/// The largest difference between the TCP and a waypoint that is reached.
+/// The largest difference between the TCP and a reached waypoint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Precision {
     /// Distance (m).
     pub position_m: f64,
-    /// Norm of the difference of the two y axes, and of the two z axes, each.
+    /// Norm of the difference of the two y axes, and the same for the two z axes.
     pub axis: f64,
 }
 
 impl Precision {
-    /// Within a distance (m), and with axes that differ by less than `axis`.
+    /// A precision of a distance (m), and of axes that differ by less than `axis`.
     pub const fn new(position_m: f64, axis: f64) -> Self {
         Self { position_m, axis }
     }
 
-    /// Whether `measured` is at `target`. The x axes are not compared: with y and z
-    /// they are given.
+    /// Whether `measured` is at `target`. The x axes are not compared: they follow from y and
+    /// z.
     pub fn reached(&self, target: &Pose, measured: &Pose) -> bool {
         let offset = Vector3::from(target.position) - Vector3::from(measured.position);
         let (wanted, is) = (

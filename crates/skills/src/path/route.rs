@@ -1,4 +1,4 @@
-//! A path under construction: poses at a pace.
+//! A path under construction: poses with a pace.
 
 use ipc_types::{MAX_JOINTS, Pose};
 use nalgebra::Vector3;
@@ -9,24 +9,25 @@ use crate::geometry;
 use crate::pose;
 use crate::setup::ArmSetup;
 
-/// A pose alone does not tell one configuration of an arm from another, so this long is
-/// waited at least: any joint can go a whole turn meanwhile (ticks).
+/// Smallest duration of a motion that restores the joints (ticks): a pose does not distinguish
+/// two configurations of an arm, so it could be reached at once; in this time any joint can
+/// turn once.
 const RESTORE_TICKS: u64 = 5_000;
 
-/// How fast the target moves. A pace of 0 makes the target jump: then the arm
-/// moves as fast as its controller allows.
+/// The pace of the target. With a pace of 0 the target jumps: the arm then moves as fast as its
+/// controller allows.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Paces {
-    /// On long ways (m/s).
+    /// On long motions (m/s).
     pub speed_m_s: f64,
-    /// Where the tool is about to touch, or to let go (m/s).
+    /// Where the tool is about to touch or to release an object (m/s).
     pub slow_speed_m_s: f64,
-    /// Turning (rad/s).
+    /// Of turns (rad/s).
     pub turn_speed_rad_s: f64,
 }
 
-/// Replaces a [`Path`], waypoint by waypoint. One of more than
-/// [`super::MAX_WAYPOINTS`] is not followed: without its end it would lead elsewhere.
+/// Replaces a [`Path`], waypoint by waypoint. A route of more than [`super::MAX_WAYPOINTS`] is
+/// not followed: without its end it would lead elsewhere.
 pub struct Route<'p> {
     path: &'p mut Path,
     paces: Paces,
@@ -38,7 +39,7 @@ pub struct Route<'p> {
 }
 
 impl<'p> Route<'p> {
-    /// Replaces `path` from the first waypoint on; it begins at `from`.
+    /// Replaces `path` with the first waypoint; the route starts at `from`.
     pub fn new(path: &'p mut Path, paces: Paces, from: Pose, now: PolicyTime) -> Self {
         Self {
             path,
@@ -51,32 +52,31 @@ impl<'p> Route<'p> {
         }
     }
 
-    /// Leaning to a joint configuration from here on (rad).
+    /// Leans to a joint configuration from here on (rad).
     #[must_use]
     pub fn leaning(mut self, joints: [f64; MAX_JOINTS]) -> Self {
         self.lean = Some(joints);
         self
     }
 
-    /// With only these fixtures in the way from here on.
+    /// Only these fixtures are obstacles from here on.
     #[must_use]
     pub fn avoiding(mut self, obstacles: u64) -> Self {
         self.obstacles = obstacles;
         self
     }
 
-    /// To `joints`, whose TCP pose is `pose`, with the joints alone; without leaning
-    /// afterwards. Where a wrist is singular, a path of poses would turn two joints
-    /// instead of one.
+    /// To `joints`, whose TCP pose is `pose`, with the joints alone, and without leaning
+    /// afterwards. At a singular wrist a path of poses would turn two joints instead of one.
     #[must_use]
     pub fn by_joints(mut self, pose: Pose, joints: [f64; MAX_JOINTS]) -> Self {
         self.lean = None;
         self.put(Waypoint::new(pose).by_joints(joints))
     }
 
-    /// To where `arm` was at the start, with the joints alone. For an arm that the
-    /// operator led, or that did not arrive: its elbow or wrist may be in another
-    /// branch, from which a path of poses ends at the limit of a joint.
+    /// To the start configuration of `arm`, with the joints alone. For an arm that the operator
+    /// led, or that did not arrive: its elbow or wrist may be in another branch, from which a
+    /// path of poses ends at the limit of a joint.
     #[must_use]
     pub fn restoring(mut self, arm: &ArmSetup) -> Self {
         self.lean = None;
@@ -84,15 +84,15 @@ impl<'p> Route<'p> {
         self.put(waypoint.gliding(RESTORE_TICKS))
     }
 
-    /// To where `arm` was at the start along a planned path: around obstacles, the arm's own
-    /// base among them.
+    /// To the start configuration of `arm` along a planned path, around obstacles, the arm's
+    /// own base among them (ADR 0021).
     #[must_use]
     pub fn planned_home(mut self, arm: &ArmSetup) -> Self {
         self.lean = None;
         self.put(Waypoint::new(arm.wait).by_joints(arm.home).planned())
     }
 
-    /// To `pose` at the pace of long ways.
+    /// To `pose` at the pace of long motions.
     #[must_use]
     pub fn to(self, pose: Pose) -> Self {
         let speed = self.paces.speed_m_s;
@@ -106,7 +106,7 @@ impl<'p> Route<'p> {
         self.at_pace(pose, speed)
     }
 
-    /// To `pose` in that time; at once in none.
+    /// To `pose` in `time`; 0 makes the target jump.
     #[must_use]
     pub fn within(self, time: PolicyTime, pose: Pose) -> Self {
         let lean = self.lean;
@@ -116,8 +116,8 @@ impl<'p> Route<'p> {
         })
     }
 
-    /// Waits where it is for that time: the arm follows a moving target a little
-    /// behind, and this lets it arrive.
+    /// Waits at the present pose for `time`: the arm lags behind a moving target, and arrives
+    /// meanwhile.
     #[must_use]
     pub fn wait(self, time: PolicyTime) -> Self {
         if time.ticks() == 0 {
@@ -127,7 +127,7 @@ impl<'p> Route<'p> {
         self.within(time, pose)
     }
 
-    /// Straight up to the height `to_m`, and by `least_m` in any case.
+    /// Straight up to the height `to_m`, and by at least `least_m`.
     #[must_use]
     pub fn lift(self, to_m: f64, least_m: f64) -> Self {
         let [_, _, z] = self.at.position;
@@ -136,9 +136,8 @@ impl<'p> Route<'p> {
         self.to(pose)
     }
 
-    /// To `pose`, over `via` where the directions of both ends from the vertical
-    /// axis through `base` differ by more than `most_rad`: the arm itself is in
-    /// between.
+    /// To `pose`, over `via` if the directions of both ends from the vertical axis through
+    /// `base` differ by more than `most_rad`: the arm itself is in between.
     #[must_use]
     pub fn around_to(self, base: Vector3<f64>, most_rad: f64, via: Pose, pose: Pose) -> Self {
         let direction = |p: &Pose| {
@@ -152,7 +151,7 @@ impl<'p> Route<'p> {
         self.to(via).to(pose)
     }
 
-    /// There are no more waypoints.
+    /// Ends the route.
     pub fn end(self) {}
 
     fn at_pace(self, pose: Pose, speed: f64) -> Self {
@@ -163,6 +162,8 @@ impl<'p> Route<'p> {
     fn put(mut self, waypoint: Waypoint) -> Self {
         let waypoint = waypoint.avoiding(self.obstacles, u64::MAX);
         if self.begun {
+            // Too long: the arm stops instead of ending at a waypoint that was meant to be
+            // passed.
             if !self.path.then(waypoint) {
                 self.path.stop();
             }
@@ -175,7 +176,7 @@ impl<'p> Route<'p> {
     }
 }
 
-/// Time from one pose to another at `speed` (m/s) and `turn` (rad/s); ticks.
+/// Time from one pose to another at `speed` (m/s) and `turn` (rad/s), in ticks.
 #[allow(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
@@ -184,6 +185,7 @@ impl<'p> Route<'p> {
 fn ticks_between(from: &Pose, to: &Pose, speed: f64, turn: f64) -> u64 {
     let angle = geometry::angle_between(from.orientation_wxyz, to.orientation_wxyz);
     let share = |way: f64, pace: f64| if pace > 0.0 { way / pace } else { 0.0 };
+    // The slower of the two, so that neither pace is exceeded.
     let seconds = share(pose::distance(from, to), speed).max(share(angle, turn));
     (seconds * 1000.0).ceil() as u64
 }

@@ -1,4 +1,4 @@
-//! A pose on the way of the TCP, and how it is approached.
+//! A pose of the TCP on a path, and the way in which it is approached.
 
 use ipc_types::validate::MAX_JOINT_POSITION;
 use ipc_types::{MAX_JOINTS, Pose};
@@ -6,17 +6,17 @@ use serde::{Deserialize, Serialize};
 
 use crate::pose::{KeptPose, within};
 
-/// Most waypoints of a path.
+/// Largest number of waypoints of a path: a path is part of the checkpoint.
 pub const MAX_WAYPOINTS: usize = 16;
-/// No corridor is longer or wider (m), as the message's own check.
+/// Largest length and width of a corridor (m), as in the check of the message.
 pub const MAX_APPROACH_M: f64 = 2.0;
 
-/// Where the TCP goes, and how. Plain data, for the checkpoint.
+/// A goal of the TCP, and its approach. Plain data, for the checkpoint.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Waypoint {
-    /// World frame (m).
+    /// Position, world frame (m).
     pub position: [f64; 3],
-    /// World frame, w x y z.
+    /// Orientation, world frame, w x y z.
     pub orientation_wxyz: [f64; 4],
     /// Joint configuration to lean to (rad).
     pub posture: Option<[f64; MAX_JOINTS]>,
@@ -24,22 +24,22 @@ pub struct Waypoint {
     pub approach: [f64; 3],
     /// See [`robocell_task::output::ArmIntent::approach_std_dev`].
     pub approach_std_dev: f64,
-    /// Fixtures that count as obstacles on the way here, bit per obstacle.
+    /// Fixtures that are obstacles on the way to it, a bit for each.
     pub obstacle_mask: u64,
-    /// Objects that do.
+    /// Objects that are obstacles, a bit for each.
     pub object_mask: u64,
-    /// The target moves here from the waypoint before at an even pace in this
-    /// time (ticks); 0: at once.
+    /// Time in which the target moves here from the waypoint before, at a constant pace
+    /// (ticks); 0: it jumps.
     pub glide_ticks: u64,
-    /// Brings the joints to the posture, whose TCP pose this is, instead of the
-    /// TCP to the pose: the way of the TCP follows from that.
+    /// Moves the joints to the posture, whose TCP pose this is, instead of the TCP to the pose;
+    /// the path of the TCP follows from that.
     pub by_joints: bool,
-    /// A planned path leads there, around obstacles.
+    /// Follows a planned path, around obstacles.
     pub planned: bool,
 }
 
 impl Waypoint {
-    /// Straight to `pose`, with every obstacle in the way.
+    /// Straight to `pose`, with every obstacle in effect.
     pub const fn new(pose: Pose) -> Self {
         Self {
             position: pose.position,
@@ -55,7 +55,7 @@ impl Waypoint {
         }
     }
 
-    /// With a joint configuration to lean to.
+    /// Leans to a joint configuration.
     #[must_use]
     pub const fn leaning(self, posture: [f64; MAX_JOINTS]) -> Self {
         Self {
@@ -64,7 +64,7 @@ impl Waypoint {
         }
     }
 
-    /// With the joints going to that configuration, which has this pose.
+    /// Moves the joints to that configuration, whose TCP pose this is.
     #[must_use]
     pub const fn by_joints(self, posture: [f64; MAX_JOINTS]) -> Self {
         Self {
@@ -73,7 +73,7 @@ impl Waypoint {
         }
     }
 
-    /// Along a planned path, around obstacles.
+    /// Follows a planned path, around obstacles.
     #[must_use]
     pub const fn planned(self) -> Self {
         Self {
@@ -82,7 +82,7 @@ impl Waypoint {
         }
     }
 
-    /// At an even pace in `ticks` (ms).
+    /// At a constant pace, in `ticks` (ms).
     #[must_use]
     pub const fn gliding(self, ticks: u64) -> Self {
         Self {
@@ -101,7 +101,7 @@ impl Waypoint {
         }
     }
 
-    /// With only these fixtures and objects in the way.
+    /// Only these fixtures and objects are obstacles.
     #[must_use]
     pub const fn avoiding(self, obstacle_mask: u64, object_mask: u64) -> Self {
         Self {
@@ -111,7 +111,7 @@ impl Waypoint {
         }
     }
 
-    /// Whether a restored waypoint is one.
+    /// Whether a restored waypoint is valid.
     pub(super) fn is_sound(&self) -> bool {
         KeptPose::from(self.pose()).is_sound()
             && within(self.posture.as_slice().as_flattened(), MAX_JOINT_POSITION)

@@ -1,8 +1,13 @@
-//! A zone in which one arm at a time works.
+//! A zone in which one arm works at a time.
 //!
-//! It has an owner and a lease. The policy renews the lease while the owner's tree
-//! runs and its arm is alive, and frees the zone when the lease has expired: an owner
-//! that dies does not block the others forever.
+//! It has an owner and a lease. The policy renews the lease while the owner's tree runs and its
+//! arm is alive, and frees the zone when the lease has expired: an owner that dies does not
+//! block the others for ever.
+//!
+//! What can go wrong: two arms in one zone collide, and a zone without a living owner stops the
+//! job. The rules: only [`Lease::take`] sets an owner, and only for a free zone; an arm that
+//! does not answer cannot take one; only the policy, which sees all arms, expires a lease. A
+//! change must keep owner and lease on the shared blackboard, where a restored task finds them.
 
 use behavior::board::{Board, Fault, Out};
 use behavior::tree::{BindError, Binder};
@@ -15,17 +20,16 @@ use crate::progress::Step;
 use crate::shared;
 use crate::world::World;
 
-/// Length of a lease (s).
+/// Length of a lease (s): 50 decisions.
 const LEASE_S: f64 = 0.5;
-/// An arm that waits for a zone longer than this gives way: the owner may need
-/// the room (s).
+/// Time after which an arm that waits for a zone gives way (s): the owner may need the room.
 const PATIENCE_S: f64 = 2.0;
-/// End of the shared key with the name of a zone's owner, empty for none.
+/// Suffix of the shared key with the name of a zone's owner, empty for none.
 const OWNER: &str = "_owner";
-/// End of the shared key with the policy time at which its lease expires (s).
+/// Suffix of the shared key with the policy time at which its lease expires (s).
 const LEASE: &str = "_lease";
 
-/// A node's access to a zone.
+/// Access of a node to a zone.
 #[derive(Clone, Copy, Debug)]
 pub struct Lease {
     me: Str,
@@ -34,10 +38,10 @@ pub struct Lease {
 }
 
 impl Lease {
-    /// Of the zone called `zone`: the shared keys `ZONE_owner` and `ZONE_lease`.
+    /// The lease of the zone `zone`, with the shared keys `ZONE_owner` and `ZONE_lease`.
     ///
     /// # Errors
-    /// [`BindError`] where the keys are declared with other types.
+    /// Returns a [`BindError`] if the keys are declared with other types.
     #[allow(clippy::result_large_err, reason = "happens at load, once")]
     pub fn bind(binder: &mut Binder<'_>, zone: &str) -> Result<Self, BindError> {
         Ok(Self {
@@ -47,8 +51,8 @@ impl Lease {
         })
     }
 
-    /// Whether the arm must not enter: another one owns the zone, or it is free
-    /// and this arm does not answer, so that it would block it.
+    /// Whether the arm must not enter: another arm owns the zone, or it is free and this arm
+    /// does not answer, so that it would block it.
     ///
     /// # Errors
     /// [`Fault`] of the blackboard.
@@ -57,7 +61,7 @@ impl Lease {
         Ok(owner != self.me && (!owner.is_empty() || !cx.world.is_alive()))
     }
 
-    /// Takes the zone if it is free; whether this arm owns it now.
+    /// Takes the zone if it is free; returns whether this arm owns it.
     ///
     /// # Errors
     /// [`Fault`] of the blackboard.
@@ -65,6 +69,7 @@ impl Lease {
         if self.is_closed(cx)? {
             return Ok(false);
         }
+        // An owner that takes it again does not extend the lease: that is the policy's part.
         if cx.read(&self.owner)? != self.me {
             cx.set(&self.owner, self.me)?;
             cx.set(&self.until, cx.now.as_secs_f64() + LEASE_S)?;
@@ -72,7 +77,7 @@ impl Lease {
         Ok(true)
     }
 
-    /// Gives the zone back, if this arm owns it.
+    /// Releases the zone if this arm owns it.
     ///
     /// # Errors
     /// [`Fault`] of the blackboard.
@@ -85,16 +90,16 @@ impl Lease {
     }
 }
 
-/// A node's turn to work in a zone.
+/// The turn of a node to work in a zone.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Turn {
-    /// The wait, since another arm owns the zone.
+    /// The wait while another arm owns the zone.
     step: Step,
 }
 
 impl Turn {
-    /// Takes the zone; whether this arm owns it. While it does not, the arm waits.
-    /// A zone that was lost in the meantime is taken again.
+    /// Takes the zone; returns whether this arm owns it. While it does not, the arm waits. A
+    /// zone that was lost in the meantime is taken again.
     ///
     /// # Errors
     /// [`Fault`] of the blackboard.
@@ -108,7 +113,7 @@ impl Turn {
         Ok(mine)
     }
 
-    /// Holds, and after a while moves to where the arm waits.
+    /// Holds, and after a while moves to the arm's rest pose.
     pub fn wait(&mut self, world: &mut World<'_>) {
         let lasted = world.begin(&mut self.step);
         match world.arm_setup() {
@@ -120,7 +125,7 @@ impl Turn {
     }
 }
 
-/// All zones of a blackboard as the policy sees them, from outside of the trees.
+/// All zones of a blackboard, as the policy sees them from outside of the trees.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Zones(Vec<Zone>);
 
@@ -132,7 +137,7 @@ struct Zone {
 }
 
 impl Zones {
-    /// Those of `board`.
+    /// The zones of `board`.
     pub(crate) fn of(board: &Board) -> Self {
         let zone = |(owner, key): (usize, &behavior::board::KeyInfo)| {
             let name = key.name.strip_suffix(OWNER)?.to_owned();
@@ -142,8 +147,8 @@ impl Zones {
         Self(board.keys().enumerate().filter_map(zone).collect())
     }
 
-    /// Renews the leases of owners that work at `now` (s), and frees zones whose
-    /// lease has expired: `lost` hears the zone and who owned it.
+    /// Renews the leases of owners that work at `now` (s), and frees zones whose lease has
+    /// expired; `lost` is called with the zone and its owner.
     pub(crate) fn watch(
         &self,
         board: &mut Board,
@@ -156,6 +161,7 @@ impl Zones {
             if owner.is_empty() {
                 continue;
             }
+            // The time is that of the policy, so a pause of the task expires no lease.
             if works(owner.as_str()) {
                 board.set(zone.until, Value::Number(now + LEASE_S));
                 continue;

@@ -1,9 +1,9 @@
-//! What arms that share a blackboard tell each other: which of them works in a zone
-//! ([`Lease`]), whose an object is ([`Reservations`]), and that an object is not
-//! where it should be ([`Recovery`]).
+//! Communication between arms that share a blackboard: which arm works in a zone ([`Lease`]),
+//! which arm an object belongs to ([`Reservations`]), and that an object is not where it should
+//! be ([`Recovery`]).
 //!
-//! Everything is a key of the shared blackboard: it is in the checkpoint, in the
-//! trace and on the page, and a tree may read it with `CheckBlackboard`.
+//! Each item is a key of the shared blackboard: it is in the checkpoint, in the trace and on
+//! the page, and a tree can read it with `CheckBlackboard`.
 #![allow(clippy::result_large_err, reason = "happens at load, once")]
 
 pub(crate) mod lease;
@@ -24,20 +24,20 @@ use behavior::value::Plain;
 /// The constant with the name of the tree's arm.
 pub(crate) const ROBOT: &str = "robot";
 
-/// Name of the tree's arm: the constant `robot`. A tree that is no arm's, as in a
-/// machine of one arm, calls it `robot`, too.
+/// Name of the tree's arm: the constant `robot`. In a tree without that constant, as in a
+/// machine of one arm, the name is `robot`, too.
 ///
 /// # Errors
-/// [`BindError::Host`] for a name that is too long for a blackboard.
+/// Returns [`BindError::Host`] for a name that is too long for a blackboard.
 pub fn robot(binder: &Binder<'_>) -> Result<Str, BindError> {
     word(binder.text_constant(ROBOT).unwrap_or(ROBOT))
 }
 
-/// A key of the shared blackboard to write and to read, declared here unless the
-/// file did.
+/// A key of the shared blackboard for writing and reading, declared here unless the file
+/// declares it.
 ///
 /// # Errors
-/// [`BindError::Board`].
+/// Returns a [`BindError::Board`] if it is declared otherwise.
 pub fn key<T: Plain>(binder: &mut Binder<'_>, name: &str, default: T) -> Result<Out<T>, BindError> {
     use behavior::board::{Access, Scope};
     binder.writes(Scope::Shared, name, Some(default), Access::Write)
@@ -54,5 +54,5 @@ fn word(text: &str) -> Result<Str, BindError> {
     })
 }
 
-/// The longest word in front of a name, see [`Owner`].
+/// The longest word before a name, see [`Owner`].
 const RESERVED: &str = "reserved";

@@ -1,5 +1,5 @@
-//! Asking for a recovery: a node that cannot do its work does not fail, it sets a
-//! key that a guard of the tree's recovery branch reads.
+//! Requests for a recovery: a node that cannot do its work does not fail, but sets a key that a
+//! guard of the tree's recovery branch reads.
 
 use std::time::Duration;
 
@@ -14,20 +14,20 @@ use crate::nodes::Context;
 use crate::shared;
 use crate::world::World;
 
-/// Beginning of the shared key that asks for a recovery of an arm.
+/// Prefix of the shared key that requests a recovery of an arm.
 const REQUESTED: &str = "recovery_requested:";
 
-/// A node's access to the shared key `recovery_requested:ROBOT`.
+/// Access of a node to the shared key `recovery_requested:ROBOT`.
 #[derive(Clone, Copy, Debug)]
 pub struct Recovery {
     flag: Out<bool>,
 }
 
 impl Recovery {
-    /// Of the tree's arm.
+    /// The key of the tree's arm.
     ///
     /// # Errors
-    /// [`BindError`] where the key is declared with another type.
+    /// Returns a [`BindError`] if the key is declared with another type.
     #[allow(clippy::result_large_err, reason = "happens at load, once")]
     pub fn bind(binder: &mut Binder<'_>) -> Result<Self, BindError> {
         let key = Self::key(shared::robot(binder)?.as_str());
@@ -40,7 +40,7 @@ impl Recovery {
         format!("{REQUESTED}{robot}")
     }
 
-    /// Sets the key; counted and logged once until it is cleared.
+    /// Sets the key; a request is counted and logged once until the key is cleared.
     ///
     /// # Errors
     /// [`Fault`] of the blackboard.
@@ -49,6 +49,8 @@ impl Recovery {
         cx: &mut Context<'_, '_>,
         why: std::fmt::Arguments<'_>,
     ) -> Result<(), Fault> {
+        // Nodes request in every tick; without this one loss would count a hundred times a
+        // second.
         if cx.read(&self.flag)? {
             return Ok(());
         }
@@ -73,9 +75,9 @@ fn note(world: &mut World<'_>, tag: &str, why: std::fmt::Arguments<'_>) {
     out.event(TraceEvent::Recover, format_args!("[{tag}] {arm}: {why}"));
 }
 
-/// After decisions were missed: an object that the blackboard says the arm carries,
-/// and that is not in its gripper any more, was lost in the meantime. Everything
-/// else is seen by the nodes themselves.
+/// After missed decisions: an object that the arm carries according to the blackboard and that
+/// is no longer in its gripper was lost in the meantime. Nodes observe everything else
+/// themselves.
 pub(crate) fn reconcile(world: &mut World<'_>, board: &mut Board) {
     let (setup, me, held) = (world.setup, world.arm_name(), world.held());
     let name = |key: &str| key.split_once(':').and_then(|(_, name)| setup.object(name));
@@ -102,15 +104,14 @@ pub(crate) fn reconcile(world: &mut World<'_>, board: &mut Board) {
     }
 }
 
-/// Says when something has lasted, again and again.
+/// Reports repeatedly that a time has passed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Alarm {
     since: Option<Duration>,
 }
 
 impl Alarm {
-    /// Whether `interval` (s) has passed since the alarm was cleared or since
-    /// this was true last.
+    /// Whether `interval` (s) has passed since the alarm was cleared, or since it was due last.
     pub fn is_due(&mut self, now: Duration, interval: f64) -> bool {
         let since = *self.since.get_or_insert(now);
         let due = has_lasted(since, now, interval);
@@ -120,7 +121,7 @@ impl Alarm {
         due
     }
 
-    /// Starts again.
+    /// Restarts the interval.
     pub fn clear(&mut self) {
         self.since = None;
     }

@@ -1,4 +1,4 @@
-//! Whose an object is.
+//! The owner of an object.
 
 use behavior::Str;
 use behavior::board::{Fault, Out};
@@ -12,24 +12,24 @@ const AVAILABLE: &str = "available";
 pub(super) const CARRIED: &str = "carried";
 const PLACED: &str = "placed";
 
-/// What an arm has to do with an object. On the blackboard it is `available`, or
-/// what and whose, as `reserved:left`.
+/// Relation of an arm to an object. On the blackboard it is `available`, or a word and the arm,
+/// as `reserved:left`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Owner {
     /// Any arm may reserve it.
     Available,
-    /// This arm works at it.
+    /// This arm works on it.
     Reserved,
     /// This arm carries it.
     Carried,
     /// It is where this arm placed it.
     Placed,
-    /// It is another arm's.
+    /// It belongs to another arm.
     Other,
 }
 
-/// A node's access to whose the objects of the cell are: a shared key
-/// `PREFIX:OBJECT` for each.
+/// Access of a node to the owners of the objects of the cell: a shared key `PREFIX:OBJECT` for
+/// each.
 #[derive(Clone, Debug)]
 pub struct Reservations {
     available: Str,
@@ -38,11 +38,10 @@ pub struct Reservations {
 }
 
 impl Reservations {
-    /// Of all objects of a cell.
+    /// The owners of all objects of a cell.
     ///
     /// # Errors
-    /// [`BindError`] where a key is declared with another type, or a name is too
-    /// long.
+    /// Returns a [`BindError`] if a key is declared with another type, or a name is too long.
     #[allow(clippy::result_large_err, reason = "happens at load, once")]
     pub fn bind(setup: &Setup, binder: &mut Binder<'_>, prefix: &str) -> Result<Self, BindError> {
         let me = shared::robot(binder)?;
@@ -65,11 +64,12 @@ impl Reservations {
         })
     }
 
-    /// Whose an object is.
+    /// The owner of an object.
     ///
     /// # Errors
     /// [`Fault`] of the blackboard.
     pub fn owner(&self, cx: &Context<'_, '_>, object: usize) -> Result<Owner, Fault> {
+        // An object that the cell does not have belongs to another: no arm may work on it.
         let Some(key) = self.objects.get(object) else {
             return Ok(Owner::Other);
         };
@@ -81,7 +81,7 @@ impl Reservations {
         Ok(mine.map_or(Owner::Other, |(owner, _)| *owner))
     }
 
-    /// Says whose an object is; an arm cannot make it another arm's.
+    /// Sets the owner of an object; an arm cannot assign it to another arm.
     ///
     /// # Errors
     /// [`Fault`] of the blackboard.

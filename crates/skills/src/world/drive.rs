@@ -1,4 +1,4 @@
-//! A motion to one pose: how the arm is led there, and whether it is there.
+//! A motion to one pose: the goals on the way, and whether it has arrived.
 
 use ipc_types::{GripperGoal, Pose};
 use nalgebra::Vector3;
@@ -12,30 +12,30 @@ use crate::way::Way;
 /// Joints of an arm at rest are slower than this (rad/s or m/s).
 const REST_JOINT_SPEED: f64 = 0.02;
 
-/// A motion to one pose, as [`World::drive`] works it off.
+/// A motion to one pose, for [`World::drive`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drive {
-    /// TCP, world frame.
+    /// Goal of the TCP, world frame.
     pub target: Pose,
     /// Reached when nearer than this (m).
     pub tolerance_m: f64,
     /// And turned by less than this (rad).
     pub angle_rad: f64,
-    /// And both for this long.
+    /// And both for this time.
     pub settle: PolicyTime,
-    /// What the gripper does meanwhile.
+    /// Goal of the gripper during the motion.
     pub gripper: GripperGoal,
-    /// With more than 0 in a straight line: the arm follows a point that is this
-    /// far ahead of it on the line (m).
+    /// If more than 0, the motion is a straight line: the arm follows a point that is this far
+    /// ahead of it on the line (m).
     pub lead_m: f64,
-    /// An object that is no obstacle for this motion.
+    /// An object that is not an obstacle for this motion.
     pub object: Option<usize>,
     /// Posture, corridor and obstacles.
     pub way: Way,
 }
 
 impl Drive {
-    /// To `target`, not very exactly.
+    /// A motion to `target`, not very exact.
     pub fn travel(target: Pose, gripper: GripperGoal) -> Self {
         Self {
             target,
@@ -49,8 +49,8 @@ impl Drive {
         }
     }
 
-    /// To `target` at an object: exactly, in a straight line, and at rest before
-    /// the gripper closes. A cup that still moves down would push itself off.
+    /// A motion to `target` at an object: exact, in a straight line, and at rest before the
+    /// gripper closes. A cup that still moves down would push itself off.
     pub fn grasp(target: Pose, gripper: GripperGoal) -> Self {
         Self {
             settle: PolicyTime::from_ticks(500),
@@ -58,7 +58,7 @@ impl Drive {
         }
     }
 
-    /// To `target`, exactly and in a straight line.
+    /// An exact motion to `target` in a straight line.
     pub fn precise(target: Pose, gripper: GripperGoal) -> Self {
         Self {
             tolerance_m: 0.004,
@@ -68,7 +68,7 @@ impl Drive {
         }
     }
 
-    /// Past an object that shall not count as an obstacle.
+    /// Leaves out an object that is not an obstacle.
     #[must_use]
     pub fn near(mut self, object: Option<usize>) -> Self {
         self.object = object;
@@ -77,11 +77,13 @@ impl Drive {
 }
 
 impl World<'_> {
-    /// Begins `step` unless it has begun, and after a resume counts its times
-    /// again. Answers how long it has lasted.
+    /// Starts `step` unless it has started; after a resume its times start again. Returns how
+    /// long it has lasted.
     pub fn begin(&mut self, step: &mut Step) -> PolicyTime {
         let now = self.now();
         if !step.has_begun() || self.resumed {
+            // The key is kept after a resume: to the controller it is the same goal, so the arm
+            // does not stop.
             let key = match step.key {
                 0 => self.new_key(),
                 key => key,
@@ -96,14 +98,14 @@ impl World<'_> {
         now.since(step.began)
     }
 
-    /// Sends the arm; whether it has settled at the target. A goal of another
-    /// step says nothing about this one, and neither does a controller that has
-    /// not answered this goal yet.
+    /// Sends the arm; returns whether it has settled at the target. A goal of another step does
+    /// not count, and neither does a controller that has not answered this goal yet.
     pub fn drive(&mut self, step: &mut Step, drive: &Drive) -> bool {
         self.begin(step);
         let object_mask = drive
             .object
             .and_then(|o| self.object_setup(o)?.obstacle_bit);
+        // Judged before the command, by the feedback on the goal of the decision before.
         let there = self.has_reached(step.key, drive);
         self.act(ArmIntent {
             gripper: drive.gripper,
@@ -130,7 +132,7 @@ impl World<'_> {
             .is_some_and(|(sent, echo)| echo.goal_active && echo.goal_id == sent.goal_id)
     }
 
-    /// Whether the arm is at rest at the target already, under whatever goal.
+    /// Whether the arm is at rest at the target, whatever its goal.
     pub fn is_there(&self, drive: &Drive) -> bool {
         let at_rest = self.observation.arm(self.arm).is_some_and(|arm| {
             let joints = arm.joint_velocities.iter().take(arm.joint_count as usize);
@@ -142,6 +144,8 @@ impl World<'_> {
     }
 
     fn has_reached(&self, key: u64, drive: &Drive) -> bool {
+        // Followed, too: an arm that passes the target on the way to an older goal has not
+        // reached it.
         self.is_near(drive) && self.is_followed(key)
     }
 
@@ -154,7 +158,7 @@ impl World<'_> {
         })
     }
 
-    /// Where the arm is sent now on its way to the target.
+    /// The goal of the arm in this decision, on its way to the target.
     fn led(&self, step: &Step, drive: &Drive) -> Pose {
         let from = Vector3::from(step.from);
         let way = Vector3::from(drive.target.position) - from;
@@ -162,6 +166,7 @@ impl World<'_> {
         if drive.lead_m <= 0.0 || length <= drive.lead_m {
             return drive.target;
         }
+        // Never behind the start: an arm that was pushed back would be sent farther back.
         let done = (self.tcp_position() - from).dot(&way) / length;
         let ahead = (done.max(0.0) + drive.lead_m).min(length);
         Pose {

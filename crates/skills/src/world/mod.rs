@@ -1,4 +1,23 @@
-//! One arm of a cell in one decision: what it sees, and what it is told.
+//! One arm of a cell in one decision: what it observes, and its commands.
+//!
+//! Every skill, condition and node works through this view, so its rules are those of all jobs:
+//!
+//! - One decision, one command. [`World::act`] replaces an earlier command of the same
+//!   decision, except for the gripper, whose last command is kept: a node that only moves the
+//!   arm must not open the fingers.
+//! - [`World::finish`] has to be called at the end of each decision of an arm. An arm without a
+//!   command keeps its target; without the call it would have no goal, and a drop would not be
+//!   counted.
+//! - The arm has arrived only if its controller answered this very goal
+//!   ([`World::is_followed`]). The measured pose alone would accept an arm that passes its
+//!   target on the way to an older goal, and the echo alone one that has not moved yet.
+//! - Whether an object is held is observed ([`World::held`]), never remembered: people take
+//!   objects away, and a restored task must not believe its checkpoint.
+//! - Times are policy time. After missed decisions `resumed` restarts them, or every motion
+//!   would be late at once.
+//!
+//! A change must keep the view free of state: everything that is remembered is in [`Job`],
+//! [`ArmMemory`] or the progress of a skill, which are in the checkpoint.
 
 mod drive;
 mod seen;
@@ -15,10 +34,10 @@ use crate::setup::{ArmSetup, ObjectSetup, Setup, Tool};
 
 pub use drive::Drive;
 
-/// A controller that was silent for longer does not work (ticks of 1 ms).
+/// A controller without a status for longer than this does not work (ticks of 1 ms).
 const ECHO_LIMIT_TICKS: u64 = 100;
 
-/// What a policy of several arms remembers of each: a [`Job`] remembers one arm.
+/// The memory of one arm, in a policy of several: a [`Job`] has that of one arm only.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ArmMemory {
     /// Key of the newest goal.
@@ -28,14 +47,14 @@ pub struct ArmMemory {
 }
 
 impl ArmMemory {
-    /// Whether it can belong to a cell with so many objects.
+    /// Whether it can belong to a cell with this number of objects.
     pub(crate) fn is_sound(&self, objects: usize) -> bool {
         self.newest_key < u64::MAX / 2 && self.held.is_none_or(|held| held < objects)
     }
 }
 
-/// What an arm was told so far in one decision, for a view that is made again within
-/// the decision.
+/// The commands to an arm so far in one decision, for a view that is created again within the
+/// decision.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Told {
     acted: bool,
@@ -46,21 +65,21 @@ pub struct Told {
 pub struct World<'w> {
     /// The cell.
     pub setup: &'w Setup,
-    /// What is seen.
+    /// The observation.
     pub observation: &'w Observation<'w>,
-    /// What happened so far.
+    /// The memory and the counters of the job.
     pub job: &'w mut Job,
-    /// Where goals and the log go.
+    /// Output for goals and the log.
     pub out: &'w mut Output,
     /// Index of the arm.
     pub arm: usize,
-    /// Whether this is the first decision after others were missed, or after the
-    /// operator led the arm: what skills timed before it counts no more.
+    /// Whether this is the first decision after missed ones, or after the operator led the arm:
+    /// skills restart their times.
     pub resumed: bool,
-    /// Of a policy of several arms. Without it the job counts the goals, and knows
+    /// The memory of a policy of several arms. Without it the job counts the goals, and has
     /// what the first arm holds.
     pub memory: Option<&'w mut ArmMemory>,
-    /// What the arm was told so far in this decision.
+    /// The commands to the arm so far in this decision.
     pub told: Told,
 }
 
@@ -112,6 +131,8 @@ impl<'w> World<'w> {
 
     /// Whether the arm is seen, has no fault, and its controller answers.
     pub fn is_alive(&self) -> bool {
+        // Compared in ticks of the observation, not by a clock (ADR 0002): a paused cell has no
+        // silence.
         let heard = self.observation.echo(self.arm).is_some_and(|echo| {
             self.observation.sample_id().saturating_sub(echo.tick) <= ECHO_LIMIT_TICKS
         });
@@ -119,7 +140,7 @@ impl<'w> World<'w> {
         heard && arm.is_some_and(|arm| arm.fault == 0)
     }
 
-    /// What the arm grips with.
+    /// The tool of the arm.
     pub fn tool(&self) -> Tool {
         self.arm_setup().map_or(Tool::None, |arm| arm.tool)
     }
@@ -129,7 +150,7 @@ impl<'w> World<'w> {
         self.observation.tcp(self.arm)
     }
 
-    /// Measured position of the TCP (m); the origin for an arm that is not seen.
+    /// Measured position of the TCP (m); the origin for an arm that is not observed.
     pub fn tcp_position(&self) -> Vector3<f64> {
         self.tcp()
             .map_or_else(Vector3::zeros, |tcp| tcp.position.into())

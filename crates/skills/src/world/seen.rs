@@ -1,4 +1,4 @@
-//! What the arm sees of the objects, and of its gripper.
+//! The objects and the gripper as the arm observes them.
 
 use ipc_types::world::OBJECT_ENABLED;
 use ipc_types::{GripperGoal, Pose};
@@ -9,26 +9,25 @@ use super::World;
 use crate::geometry;
 use crate::setup::Tool;
 
-/// A gripped object is nearer to the TCP than this many of its heights: half of
-/// its diagonal and what a pull may shift it by.
+/// A gripped object is nearer to the TCP than this many of its heights: half of its diagonal,
+/// and the distance by which a pull may shift it.
 const IN_GRIPPER_HEIGHTS: f64 = 1.0;
-/// An object further from the TCP than this many of its heights has left the
-/// gripper.
+/// An object farther from the TCP than this many of its heights has left the gripper.
 pub(super) const LEFT_HEIGHTS: f64 = 1.5;
 /// An object nearer to a slot than this many of its heights is in the way.
 const BLOCKED_HEIGHTS: f64 = 0.9;
 /// Fingers nearer than this many heights of an object are closed around it.
 const CLOSED_HEIGHTS: f64 = 1.2;
-/// Fingers that are faster than this open (m/s).
+/// Fingers faster than this are opening (m/s).
 const OPENING_M_S: f64 = 0.005;
-/// Decisions in a row in which a grip has to be missed to count as lost:
-/// contacts flicker while an object settles between the pads.
+/// Decisions in a row in which a grip has to be missing to count as lost: contacts flicker
+/// while an object settles between the pads.
 const LOST_DECISIONS: u32 = 5;
-/// An object moves slower than this when it is at rest (m/s).
+/// An object slower than this is at rest (m/s).
 const REST_SPEED_M_S: f64 = 0.01;
 
 impl World<'_> {
-    /// Pose of an object; `None` where it is not in the cell.
+    /// Pose of an object; `None` if it is not in the cell.
     pub fn object(&self, object: usize) -> Option<Pose> {
         let seen = self.observation.object(object)?;
         (seen.flags & OBJECT_ENABLED != 0).then_some(seen.pose)
@@ -53,8 +52,8 @@ impl World<'_> {
         seen.is_some_and(|seen| Vector3::from(seen.twist.linear).norm() < REST_SPEED_M_S)
     }
 
-    /// The object in the gripper: attached, or touched by both fingers, or in
-    /// the light barrier between fingers that were closed; and at the TCP.
+    /// The object in the gripper: attached, touched by both fingers, or in the light barrier
+    /// between closed fingers and near the TCP.
     pub fn held(&self) -> Option<usize> {
         self.held_by(self.arm)
     }
@@ -65,6 +64,8 @@ impl World<'_> {
         if gripper.held_object > 0 {
             return Some(gripper.held_object as usize - 1);
         }
+        // The light barrier helps where contacts flicker: it counts only for fingers that were
+        // commanded to close and do not open.
         let object = (gripper.beam_object as usize).checked_sub(1)?;
         let height = 2.0 * self.object_setup(object)?.half_height_m;
         let tcp = Vector3::from(self.observation.tcp(arm)?.position);
@@ -81,8 +82,8 @@ impl World<'_> {
         (0..self.setup.arms.len()).any(|arm| self.held_by(arm) == Some(object))
     }
 
-    /// Counts in `missed` for how many decisions in a row the arm has not held
-    /// `object`; whether it is lost.
+    /// Counts in `missed` for how many decisions in a row the arm has not held `object`;
+    /// returns whether it is lost.
     pub fn is_lost(&self, object: usize, missed: &mut u32) -> bool {
         *missed = if self.held() == Some(object) {
             0
@@ -92,8 +93,8 @@ impl World<'_> {
         *missed >= LOST_DECISIONS
     }
 
-    /// Whether an object that was in the gripper is further from the TCP than
-    /// `distance_m`, or not in the cell any more.
+    /// Whether an object that was in the gripper is farther from the TCP than `distance_m`, or
+    /// no longer in the cell.
     pub fn has_left(&self, object: usize, distance_m: f64) -> bool {
         self.position(object)
             .is_none_or(|position| (position - self.tcp_position()).norm() > distance_m)
@@ -120,8 +121,8 @@ impl World<'_> {
         self.arm_setup().is_some_and(|arm| arm.reaches(point))
     }
 
-    /// Whether an object is in no gripper, its centre nearer to `point` in the
-    /// plane than `tolerance_m`, and in that layer.
+    /// Whether an object is in no gripper, its centre nearer to `point` in the plane than
+    /// `tolerance_m`, and in that layer.
     pub fn is_at(&self, object: usize, point: Vector3<f64>, tolerance_m: f64) -> bool {
         let half = self.object_setup(object).map_or(0.0, |o| o.half_height_m);
         self.position(object).is_some_and(|position| {
@@ -130,8 +131,8 @@ impl World<'_> {
         }) && !self.is_held(object)
     }
 
-    /// The slot of a place in which an object is, in no gripper; nearer than
-    /// `tolerance_m` in the plane, and in that layer.
+    /// The slot of a place that an object is in, held by no gripper; nearer than `tolerance_m`
+    /// in the plane, and in that layer.
     pub fn slot_of(&self, object: usize, place: usize, tolerance_m: f64) -> Option<usize> {
         let slots = self.setup.places.get(place)?.slots.len();
         (0..slots).find(|slot| {
@@ -140,19 +141,19 @@ impl World<'_> {
         })
     }
 
-    /// The first slot of a place in which no other object is.
+    /// The first slot of a place without another object.
     pub fn free_slot(&self, object: usize, place: usize, tolerance_m: f64) -> Option<usize> {
         let slots = self.setup.places.get(place)?.slots.len();
         let others = (0..self.setup.objects.len()).filter(|other| *other != object);
-        // A place has at most 64 slots.
+        // A place has at most 64 slots, so the mask has a bit for each.
         let taken = others
             .filter_map(|other| self.slot_of(other, place, tolerance_m))
             .fold(0_u64, |taken, slot| taken | 1 << slot.min(63));
         (0..slots).find(|slot| taken >> slot.min(&63) & 1 == 0)
     }
 
-    /// An object other than `object` and what is held that is so near that the tool
-    /// would drag it along on its way.
+    /// An object other than `object` and the held one that is so near that the tool would drag
+    /// it along.
     pub fn beside_tool(&self, object: Option<usize>) -> Option<usize> {
         let (tcp, held) = (self.tcp_position(), self.held());
         let others = (0..self.setup.objects.len()).filter(|other| Some(*other) != object);
@@ -165,8 +166,8 @@ impl World<'_> {
         })
     }
 
-    /// An object, but for `object` and what is held, that is where a slot's object
-    /// has to be, though it is in no slot.
+    /// An object, other than `object` and the held ones, at the position of a slot's object,
+    /// though it is in no slot.
     pub fn blocks(&self, goal: Placement, object: usize) -> Option<usize> {
         let goal = Vector3::from(goal.position);
         let others = 0..self.setup.objects.len();
@@ -182,8 +183,8 @@ impl World<'_> {
         })
     }
 
-    /// The TCP that grips an object with its centre at `at`, the tool straight
-    /// down and `above_m` above the grip.
+    /// The TCP at the grip of an object with its centre at `at`, the tool straight down and
+    /// `above_m` above the grip.
     pub fn grip_pose(&self, object: usize, at: Placement, above_m: f64) -> Pose {
         let height = self
             .object_setup(object)
@@ -195,13 +196,13 @@ impl World<'_> {
         }
     }
 
-    /// The TCP that brings the object in the gripper to `goal`, as the object is
-    /// in the gripper now, with the tool turned as little as possible.
+    /// The TCP that brings the object in the gripper to `goal`, given its present pose in the
+    /// gripper, with the tool turned as little as possible.
     pub fn place_pose(&self, object: usize, goal: Placement) -> Option<Pose> {
         self.place_pose_turned(object, goal, self.tool_yaw())
     }
 
-    /// As [`World::place_pose`], with the tool turned to about `reference` (rad).
+    /// As [`World::place_pose`], with the tool turned to near `reference` (rad).
     pub fn place_pose_turned(
         &self,
         object: usize,
@@ -211,6 +212,8 @@ impl World<'_> {
         let (tcp, pose) = (self.tcp()?, self.object(object)?);
         let in_gripper = Vector3::from(pose.position) - Vector3::from(tcp.position);
         let turned = self.tool_yaw();
+        // The object's turn in the gripper is measured: fingers seldom close on it exactly
+        // straight.
         let wanted = goal.yaw - (geometry::yaw(&pose) - turned);
         let yaw = geometry::nearest_quarter(wanted, reference);
         let shift = geometry::turned(in_gripper.xy(), yaw - turned);

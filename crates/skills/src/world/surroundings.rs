@@ -1,16 +1,16 @@
-//! What the arm sees around an object: other objects on it, and other arms.
+//! The surroundings of an object: other objects on top of it, and other arms.
 
 use nalgebra::Vector3;
 
 use super::World;
 
-/// An object nearer than this many heights in the plane, and higher, is on another.
+/// An object nearer than this many heights in the plane, and higher, is on top of another.
 const ON_TOP_HEIGHTS: f64 = 0.9;
 /// Its centre is between these many heights above the other's.
 const ABOVE_HEIGHTS: std::ops::Range<f64> = 0.3..1.5;
 
 impl World<'_> {
-    /// Whether another object is on `object`, in no gripper.
+    /// Whether another object is on top of `object`; held ones do not count.
     pub fn is_covered(&self, object: usize) -> bool {
         let (Some(position), Some(setup)) = (self.position(object), self.object_setup(object))
         else {

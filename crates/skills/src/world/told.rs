@@ -1,4 +1,4 @@
-//! What the arm is told, and what the job and the log are.
+//! Commands to the arm, the state of the job, and the log.
 
 use ipc_types::GripperGoal;
 use ipc_types::decision::{GoalKind, Outcome};
@@ -10,14 +10,14 @@ use crate::condition::PLACE_TOLERANCE_M;
 use crate::setup::Tool;
 
 impl World<'_> {
-    /// Says what the arm shall do. What is said later in a decision replaces what
-    /// was said before, but for the gripper, which keeps its last command.
+    /// Commands the arm. A later command of a decision replaces an earlier one, except for the
+    /// gripper, which keeps its last command.
     pub fn act(&mut self, intent: ArmIntent) {
         self.told.acted = true;
         if intent.gripper != GripperGoal::Keep {
             self.told.gripper = intent.gripper;
         }
-        // Guides count for a motion that names them only.
+        // Guides count only for a motion that names them.
         let obstacle_mask = match intent.obstacle_mask {
             u64::MAX => self.setup.solid_obstacles,
             mask => mask,
@@ -31,12 +31,13 @@ impl World<'_> {
         self.out.arm(self.arm, intent);
     }
 
-    /// The arm stays with the target it has, and the gripper does `gripper`.
+    /// The arm keeps its target, and the gripper gets `gripper`.
     pub fn stay(&mut self, gripper: GripperGoal) {
         let mut intent = ArmIntent {
             gripper,
             ..ArmIntent::default()
         };
+        // Only a goal of a pose can be kept: one of joints would need its posture, too.
         if let Some(previous) = self.out.previous(self.arm)
             && previous.kind == GoalKind::Pose
         {
@@ -52,9 +53,8 @@ impl World<'_> {
         self.act(ArmIntent::default());
     }
 
-    /// To be called at the end of a decision: an arm that no skill spoke for
-    /// stays where it was sent, and a drop is counted: of the first arm, and of
-    /// every arm with a [`World::memory`].
+    /// Ends a decision: an arm without a command keeps its target, and a drop is counted, of
+    /// the first arm and of every arm with a [`World::memory`].
     pub fn finish(&mut self) {
         if !self.told.acted {
             self.stay(GripperGoal::Keep);
@@ -72,7 +72,7 @@ impl World<'_> {
         }
     }
 
-    /// Says whether the job is done, and which objects are in a slot of a place.
+    /// Reports whether the job is done, and which objects are in a slot of a place.
     pub fn report(&mut self, done: bool) {
         self.report_within(done, PLACE_TOLERANCE_M);
     }
@@ -96,13 +96,15 @@ impl World<'_> {
         }
     }
 
-    /// The object in the gripper. One that was there and is not seen for a moment
-    /// stays, one that left a gripper that was not opened is counted as a drop.
+    /// The object in the gripper. One that is not observed for a moment is kept; one that left
+    /// a gripper that was not opened is counted as a drop.
     fn kept(&mut self, before: Option<usize>) -> Option<usize> {
         let held = self.held();
         let Some(before) = before.filter(|before| held != Some(*before)) else {
             return held;
         };
+        // The command of the decision before: a gripper that was opened on purpose dropped
+        // nothing.
         let told = self.out.previous(self.arm).map(|told| told.gripper);
         if told == Some(GripperGoal::Open) {
             return held;
@@ -111,7 +113,7 @@ impl World<'_> {
             .object_setup(before)
             .map_or(0.0, |object| 2.0 * object.half_height_m);
         let left = self.has_left(before, LEFT_HEIGHTS * height);
-        // A policy that opens now has noticed it, too.
+        // A policy that opens the gripper now has noticed the loss, too.
         if held.is_none() && !left && self.told.gripper != GripperGoal::Open {
             return Some(before);
         }
@@ -119,7 +121,7 @@ impl World<'_> {
         held
     }
 
-    /// Notes that something has to be done again.
+    /// Records that something has to be done again.
     pub fn note_retry(&mut self, object: usize, why: &str) {
         self.job.counters.recoveries += 1;
         let setup = self.setup;
@@ -128,7 +130,7 @@ impl World<'_> {
             .event(TraceEvent::Recover, format_args!("[retry] {name} {why}"));
     }
 
-    /// Gives the job up; the log says why.
+    /// Fails the job with `reason`; `why` is for the log.
     pub fn fail(&mut self, reason: &str, why: std::fmt::Arguments<'_>) {
         self.out
             .event(TraceEvent::Fault, format_args!("[failed] {why}"));

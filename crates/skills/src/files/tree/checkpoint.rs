@@ -1,4 +1,4 @@
-//! What trees in files remember from decision to decision.
+//! The memory of trees in files, from decision to decision.
 
 use behavior::Status;
 use robocell_task::checkpoint;
@@ -13,14 +13,14 @@ use crate::world::ArmMemory;
 struct Record {
     trees: Vec<ByteBuf>,
     boards: Vec<ByteBuf>,
-    /// By arm: its tree had succeeded.
+    /// By arm: whether its tree had succeeded.
     done: Vec<bool>,
     memories: Vec<ArmMemory>,
     shown: Shown,
 }
 
 impl TreePolicy {
-    /// Trees, blackboards and memories as plain bytes.
+    /// Trees, blackboards and memories, encoded.
     pub(super) fn to_checkpoint(&self) -> Vec<u8> {
         let bytes = |save: &dyn Fn(&mut Vec<u8>)| {
             let mut bytes = Vec::new();
@@ -46,10 +46,11 @@ impl TreePolicy {
         })
     }
 
-    /// Takes a checkpoint; a part of it, perhaps, where that is an error.
+    /// Restores a checkpoint. After an error some parts may have been restored.
     pub(super) fn take(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
         let record: Record = checkpoint::from_bytes(bytes)?;
         let arms = self.arms.len();
+        // Everything that can be checked is checked before the first part is changed.
         let by_arm = [record.trees.len(), record.done.len(), record.memories.len()];
         let objects = self.setup.objects.len();
         let sound = record.memories.iter().all(|m| m.is_sound(objects));
@@ -57,6 +58,7 @@ impl TreePolicy {
             return Err(bincode::Error::custom("not a checkpoint of these trees"));
         }
         self.lost = 0;
+        // Boards before trees: nodes of an edited file look up their keys.
         for (shared, bytes) in self.boards.iter_mut().zip(&record.boards) {
             let carried = shared.board.restore(bytes);
             self.lost += carried.map_err(bincode::Error::custom)?.lost;
@@ -75,6 +77,7 @@ impl TreePolicy {
         for (arm, memory) in self.arms.iter_mut().zip(record.memories) {
             arm.memory = memory;
         }
+        // From the trees, not from the checkpoint: node numbers change with an edit.
         let tips = self.arms.iter().map(|arm| arm.tree.tip()).collect();
         self.shown.take(record.shown, tips);
         Ok(())

@@ -1,5 +1,4 @@
-//! Trees in files, one for each arm. Trees with a blackboard of the same name
-//! share it.
+//! Trees in files, one for each arm. Trees that name the same blackboard share it.
 
 mod checkpoint;
 
@@ -31,38 +30,37 @@ use crate::shared::{self, ROBOT};
 use crate::skill::Station;
 use crate::world::{ArmMemory, World};
 
-/// The tree of one arm.
+/// The source of an arm's tree.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TreeSource {
     /// File beside the cell file.
     pub file: String,
-    /// Name of the blackboard it shares.
+    /// Name of its shared blackboard.
     pub board: String,
 }
 
-/// What a job says about its trees besides where they are.
+/// A job that runs trees.
 pub struct TreeJob {
     /// The cell.
     pub setup: Arc<Setup>,
     /// The node types.
     pub library: Library<Station>,
-    /// Constants of every tree; the constant `robot`, the name of the tree's arm,
-    /// is added.
+    /// Constants of every tree. The constant `robot`, the name of the tree's arm, is added.
     pub constants: BTreeMap<String, Value>,
-    /// An arm whose tree succeeded has done its part: it is not ticked again.
+    /// Whether an arm has done its part once its tree succeeded: it is not ticked again.
     pub once: bool,
-    /// Whether what an arm did is still done, for [`Self::once`]: until all arms have
-    /// done their part, a tree whose work was undone is ticked again.
+    /// Whether the work of an arm is still done, for [`Self::once`]: until all arms have done
+    /// their part, a tree whose work was undone is ticked again.
     pub is_still_done: Option<StillDone>,
-    /// An object nearer to its slot of a place than this is in it (m).
+    /// An object nearer than this to its slot of a place is in it (m).
     pub tolerance_m: f64,
 }
 
-/// Looks whether the work of [`World::arm`] is done.
+/// Checks whether the work of [`World::arm`] is done.
 pub type StillDone = Box<dyn Fn(&World<'_>) -> bool + Send + Sync>;
 
 impl TreeJob {
-    /// With the skills as node types; trees that succeed are ticked again.
+    /// A job with the skills as node types, whose trees are ticked again after success.
     pub fn new(setup: Arc<Setup>) -> Self {
         Self {
             library: nodes::library(&setup),
@@ -77,14 +75,14 @@ impl TreeJob {
     /// The policy of the trees in `sources`, one for each arm of the cell.
     ///
     /// # Errors
-    /// [`SetupError`] with everything that is wrong in a file, and for trees that
-    /// are too large for a checkpoint.
+    /// Returns a [`SetupError`] with all errors of a file, or for trees that are too large for
+    /// a checkpoint.
     pub fn policy(self, cell: &Cell, sources: &[TreeSource]) -> Result<TreePolicy, SetupError> {
         TreePolicy::new(self, cell, sources)
     }
 }
 
-/// See the module.
+/// The policy of trees in files.
 pub struct TreePolicy {
     setup: Arc<Setup>,
     once: bool,
@@ -92,11 +90,11 @@ pub struct TreePolicy {
     tolerance_m: f64,
     arms: Vec<ArmTree>,
     boards: Vec<SharedBoard>,
-    /// With several arms.
+    /// The phase that is shown, with several arms.
     shown: Shown,
     initial: Vec<u8>,
     resumed: bool,
-    /// Nodes and keys of the checkpoint taken last that are not in the files.
+    /// Number of nodes and keys of the last checkpoint that are not in the files.
     lost: usize,
 }
 
@@ -108,9 +106,9 @@ struct ArmTree {
     phases: Vec<Phase>,
     trace: TreeTrace,
     memory: ArmMemory,
-    /// Its answer in the decision before.
+    /// Its result in the decision before.
     status: Status,
-    /// The node that failed last, which was reported.
+    /// The node whose failure was reported last.
     failed: Option<usize>,
 }
 
@@ -122,7 +120,7 @@ struct SharedBoard {
 }
 
 impl TreePolicy {
-    /// One tree in code, for the first arm.
+    /// A policy with one tree in code, for the first arm.
     pub(super) fn of_tree(setup: &Arc<Setup>, tree: Tree<Station>) -> Self {
         let mut policy = Self::empty(Arc::clone(setup), false, PLACE_TOLERANCE_M);
         let board = policy.board_named("shared");
@@ -161,6 +159,8 @@ impl TreePolicy {
     }
 
     fn new(job: TreeJob, cell: &Cell, sources: &[TreeSource]) -> Result<Self, SetupError> {
+        // Machines of files are a node type of every tree, also of jobs with a library of their
+        // own.
         let machines = nested::node_type(&job.setup, Some(&cell.data), &[]);
         let library = job.library.with(machines);
         let mut policy = Self::empty(job.setup, job.once, job.tolerance_m);
@@ -177,13 +177,14 @@ impl TreePolicy {
             let file = &source.file;
             let tree = load(cell, file, &library, &constants, &mut shared.board)?;
             let mut graph = tree.graph();
+            // With one arm the graph keeps the name of its file.
             if names.len() > 1 {
                 (*name).clone_into(&mut graph.name);
             }
             policy.add(tree, graph, board);
         }
         policy.begin();
-        // A longer checkpoint would not be kept; the job and the goals have the other half.
+        // A larger checkpoint would not be kept; the job and the goals need the other half.
         let allowed = robocell_task::checkpoint::MAX_BYTES / 2;
         let found = policy.initial.len();
         if found == 0 || found > allowed {
@@ -196,12 +197,13 @@ impl TreePolicy {
         Ok(policy)
     }
 
-    /// With all trees.
+    /// Completes the policy after the last tree was added.
     fn begin(&mut self) {
         for shared in &mut self.boards {
             shared.zones = Zones::of(&shared.board);
         }
         self.shown = Shown::new(self.arms.len());
+        // Saved with all trees: a reset restores these bytes.
         self.initial = self.save();
     }
 
@@ -218,13 +220,13 @@ impl TreePolicy {
         })
     }
 
-    /// A shared blackboard by its name in the cell file.
+    /// A shared blackboard, by its name in the cell file.
     pub fn board(&self, name: &str) -> Option<&Board> {
         let shared = self.boards.iter().find(|known| known.name == name);
         shared.map(|shared| &shared.board)
     }
 
-    /// Renews the leases of zones whose owner works.
+    /// Renews the leases of zones whose owner is working.
     fn watch_zones(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {
         let Self {
             setup,
@@ -237,6 +239,8 @@ impl TreePolicy {
         let mut alive = [false; ipc_types::MAX_ARMS];
         for (arm, (alive, tree)) in alive.iter_mut().zip(&*arms).enumerate() {
             let world = World::new(setup, observation, job, out, arm);
+            // An arm that has done its part is not ticked again and could not release a zone
+            // itself.
             *alive = world.is_alive() && !(*once && tree.status == Status::Success);
         }
         let works = |owner: &str| {
@@ -262,12 +266,16 @@ impl TreePolicy {
         };
         let now = Duration::from_millis(world.now().ticks());
         let mut status = it.tree.tick(now, &mut shared.board, world);
+        // Decided by the observation: a tree that succeeded while its object fell has not done
+        // its part.
         if status == Status::Success && was_undone(self.is_still_done.as_ref(), world) {
             status = Status::Running;
         }
         it.trace.tick(&it.tree, arm, world.out);
         let tip = it.tree.tip();
         self.shown.note(arm, tip);
+        // A tree between two runs holds no zone: a failed one would block the other arm until
+        // it retries.
         if status != Status::Running {
             shared.zones.leave(&mut shared.board, world.arm_name());
         }
@@ -277,7 +285,8 @@ impl TreePolicy {
             out.event(TraceEvent::Done, format_args!("[done] {name}"));
             it.failed = None;
         }
-        // One that fails again and again at the same node is reported once.
+        // Repeated failures at the same node are reported once: a hundred a second would fill
+        // the log.
         if status == Status::Failure && it.failed != tip {
             let node = tip.and_then(|tip| it.graph.nodes.get(tip));
             let node = node.map_or("?", |node| node.name.as_str());
@@ -293,14 +302,15 @@ impl TreePolicy {
         self.arms.iter().all(|arm| arm.status == Status::Success)
     }
 
-    /// With one arm a goal is a phase, and the job remembers what it holds.
+    /// Whether there are several arms. With one arm a goal is a phase, and the job has what it
+    /// holds.
     fn is_of_several(&self) -> bool {
         self.arms.len() > 1
     }
 }
 
-/// Whether an arm whose tree succeeded has to work again: what it did was undone
-/// before all arms had done their part.
+/// Whether an arm whose tree succeeded has to work again: its work was undone before all arms
+/// had done their part.
 fn was_undone(is_still_done: Option<&StillDone>, world: &mut World<'_>) -> bool {
     if is_still_done.is_none_or(|is| is(world)) {
         return false;
@@ -312,7 +322,7 @@ fn was_undone(is_still_done: Option<&StillDone>, world: &mut World<'_>) -> bool 
     true
 }
 
-/// The tree in `file`, beside the cell file; `shared` gets the keys it shares.
+/// Loads the tree in `file`, beside the cell file, and adds its keys to `shared`.
 fn load(
     cell: &Cell,
     file: &str,
@@ -343,6 +353,7 @@ impl AnyPolicy for TreePolicy {
     }
 
     fn replace(&mut self, rules: &[Replace]) -> Result<(), String> {
+        // Other leaves have other states, so the checkpoint of the start is written again.
         replace_leaves(self.arms.iter_mut().map(|arm| &mut arm.tree), rules)?;
         self.initial = self.save();
         Ok(())
@@ -350,7 +361,7 @@ impl AnyPolicy for TreePolicy {
 
     fn reset(&mut self) {
         let initial = std::mem::take(&mut self.initial);
-        // It was written by this very policy.
+        // It cannot fail: this policy wrote the bytes.
         let _taken = self.take(&initial).is_ok();
         self.initial = initial;
     }
@@ -358,6 +369,7 @@ impl AnyPolicy for TreePolicy {
     fn decide(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {
         let setup = Arc::clone(&self.setup);
         let resumed = std::mem::take(&mut self.resumed);
+        // Before the trees: a zone whose owner is gone has to be free in this decision.
         self.watch_zones(observation, job, out);
         let lost = std::mem::take(&mut self.lost);
         if lost > 0 {
@@ -365,6 +377,7 @@ impl AnyPolicy for TreePolicy {
                 format_args!("[task] {lost} nodes or keys of the checkpoint are not in the files");
             out.lifecycle(TraceEvent::None, why);
         }
+        // Taken before the loop: within one decision all arms are judged by the same state.
         let all_done = self.is_done();
         for arm in 0..self.arms.len() {
             let Some((mut memory, status)) = self.arms.get(arm).map(|it| (it.memory, it.status))
@@ -380,6 +393,7 @@ impl AnyPolicy for TreePolicy {
             if !is_over || (!all_done && was_undone(self.is_still_done.as_ref(), &mut world)) {
                 self.tick(arm, &mut world);
             }
+            // Also for an arm whose tree was not ticked: it keeps its target, and a drop counts.
             world.finish();
             if let Some(it) = self.arms.get_mut(arm) {
                 it.memory = memory;
@@ -390,13 +404,14 @@ impl AnyPolicy for TreePolicy {
         }
         let mut world = World::new(&setup, observation, job, out, 0);
         world.report_within(self.is_done(), self.tolerance_m);
+        // Counted for scripts: two entries of the same phase have the same name.
         if self.shown.advance() && self.is_of_several() {
             job.counters.phase_entry += 1;
         }
         out.phase = self.phase();
     }
 
-    /// With one arm the name of the node that gave the answer.
+    /// With one arm the name of the node that gave the result.
     fn phase(&self) -> Text<32> {
         if self.is_of_several() {
             let shown = self.shown.current();
@@ -428,6 +443,7 @@ impl AnyPolicy for TreePolicy {
 
     fn reconcile(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {
         self.resumed = true;
+        // Zones and reservations are corrected for each arm before the next tick reads them.
         for (arm, it) in self.arms.iter().enumerate() {
             if let Some(shared) = self.boards.get_mut(it.board) {
                 let mut world = World::new(&self.setup, observation, job, out, arm);

@@ -1,5 +1,4 @@
-//! `CheckObjectLifted` and `CheckObjectAtTarget`: conditions that may ask for a
-//! recovery.
+//! `CheckObjectLifted` and `CheckObjectAtTarget`: conditions that may request a recovery.
 
 use behavior::board::{Fault, In};
 use behavior::tree::{BindError, Binder, Leaf, Library, NodeType};
@@ -10,13 +9,13 @@ use crate::condition::Condition;
 use crate::shared::Recovery;
 use crate::skill::Station;
 
-/// A condition about an object, made from its ports at every tick.
+/// A condition about an object, created from its ports in every tick.
 struct Checked<F> {
     object: In<Str>,
     recover_on_failure: In<bool>,
     recovery: Recovery,
     make: F,
-    /// What is wrong where it does not hold.
+    /// Reason in the log if the condition does not hold.
     otherwise: &'static str,
 }
 
@@ -45,6 +44,8 @@ where
         if condition.is_some_and(|condition| condition.holds(cx.world)) {
             return Ok(Status::Success);
         }
+        // Running after a request: the tree's guard has to take over first, or the branch that
+        // failed would end before its recovery.
         if !cx.get(&self.recover_on_failure)? {
             return Ok(Status::Failure);
         }

@@ -79,7 +79,7 @@ pub(super) fn node_type(keys: WorkKeys) -> NodeType<Station> {
     guarded(watching(node_type))
 }
 
-/// With the ports about what is watched on the way, and about the way.
+/// Adds the ports about the watched object and about the path.
 fn watching(node_type: NodeType<Station>) -> NodeType<Station> {
     node_type
         .input_or(
@@ -134,7 +134,8 @@ impl MoveToTarget {
         })
     }
 
-    /// Whether the motion must not continue: a recovery was asked for.
+    /// Whether the motion must stop: a recovery was requested.
+    // The pick-up is checked first: a cube that moved before the grip was never held.
     fn is_broken(&self, state: &mut State, cx: &mut Context<'_, '_>) -> Result<bool, Fault> {
         if cx.get(&self.monitor_pickup_motion)? && self.guard.has_moved(cx)? {
             return Ok(true);
@@ -152,6 +153,7 @@ impl MoveToTarget {
             let yaw = cx.get(&self.yaw)?.to_radians();
             target.orientation_wxyz = cx.world.tool().down(yaw);
         }
+        // Closed in every command while an object is carried, whatever the goal before was.
         let gripper = if cx.get(&self.monitor_grasp)? {
             GripperGoal::Close
         } else {
@@ -191,10 +193,12 @@ impl Leaf<Station> for MoveToTarget {
             return Ok(Status::Success);
         }
         if self.is_broken(state, cx)? {
+            // The arm holds until the recovery branch commands it.
             cx.world.hold();
             return Ok(Status::Running);
         }
         if !self.guard.may_work(&mut state.turn, cx)? {
+            // Waiting for the zone is no delay of the motion.
             state.alarm.clear();
             return Ok(Status::Running);
         }
