@@ -1,15 +1,15 @@
-//! Checks of the numbers in a file a person wrote.
+//! Checks of the numbers in a file that a person wrote.
 
 use std::fmt::Display;
 
 use crate::error::{Location, ModelError};
 use crate::toml_text;
 
-/// A cell is not larger (m).
+/// Largest coordinate within a cell (m).
 pub const MAX_COORDINATE_M: f64 = 20.0;
 
-/// Refuses values of a file; every refusal names file, line, key, value and what
-/// is allowed. Keys are dotted paths such as `object.2.mass_kg`.
+/// Refuses values of a file. Every refusal names file, line, key, value and the allowed range.
+/// Keys are dotted paths such as `object.2.mass_kg`.
 #[derive(Clone, Copy, Debug)]
 pub struct Checker<'a> {
     file: &'a str,
@@ -17,7 +17,7 @@ pub struct Checker<'a> {
 }
 
 impl<'a> Checker<'a> {
-    /// Of the file with this name in messages, and this text.
+    /// A checker for the file with this name in messages and this text.
     pub fn new(file: &'a str, text: &'a str) -> Self {
         Self { file, text }
     }
@@ -27,12 +27,12 @@ impl<'a> Checker<'a> {
         Location::line(self.file, toml_text::line_of(self.text, key))
     }
 
-    /// The error that says that `key` is `value`, and what is `allowed`.
+    /// The error for `value` of `key`, with the allowed values.
     pub fn refuse(&self, key: &str, value: impl Display, allowed: impl Into<String>) -> ModelError {
         ModelError::value(self.line_of(key), key, value, allowed)
     }
 
-    /// Refuses a number that is not within `low` and `high`, or not a number.
+    /// Refuses a number outside of `low` to `high`, and NaN.
     ///
     /// # Errors
     /// [`ModelError::Value`].
@@ -69,7 +69,7 @@ impl<'a> Checker<'a> {
         })
     }
 
-    /// Refuses a position outside of what a cell may be (m).
+    /// Refuses a position outside of the largest cell (m).
     ///
     /// # Errors
     /// [`ModelError::Value`].

@@ -1,4 +1,4 @@
-//! Where robots and cells come from: built into the program, or a directory.
+//! Sources of robots and cells: built into the program, or a directory.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -8,19 +8,20 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use crate::error::ModelError;
 use crate::{suggest, toml_text, user_file};
 
-/// Files larger than this are no robot and no cell (bytes).
+/// Files larger than this are not robots or cells (bytes): a wrong file is not read into
+/// memory.
 pub const MAX_FILE_BYTES: u64 = 4 << 20;
 
 /// Path within the data, and text, of files that are built into a program.
 type BuiltIn = &'static [(&'static str, &'static str)];
 
-/// Where robots and cells are read from.
+/// A source of robots and cells.
 #[derive(Clone, Debug)]
 pub struct Data {
     origin: Origin,
-    /// Where a robot is looked for that is not in `origin`.
+    /// Source of the robots that `origin` does not have.
     robots: Option<Box<Data>>,
-    /// What was read, where it is noted.
+    /// Log of the files that were read, if there is one.
     log: Option<ReadLog>,
 }
 
@@ -29,13 +30,13 @@ pub struct Data {
 pub struct ReadLog(Arc<Mutex<BTreeMap<String, String>>>);
 
 impl ReadLog {
-    /// What was read until now.
+    /// The files that were read until now.
     pub fn files(&self) -> BTreeMap<String, String> {
         self.lock().clone()
     }
 
     fn lock(&self) -> MutexGuard<'_, BTreeMap<String, String>> {
-        // A map is whole, wherever a thread that changed it panicked.
+        // A poisoned lock is used: an insertion into the map is complete or has not happened.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -65,8 +66,8 @@ impl Data {
         }
     }
 
-    /// The same, with every file that is read from now on in the log: by this value and
-    /// its clones.
+    /// The same source with a log of every file that is read from now on, by this value and its
+    /// clones.
     #[must_use]
     pub fn logged(mut self) -> (Self, ReadLog) {
         let log = self.log.take().unwrap_or_default();
@@ -74,8 +75,7 @@ impl Data {
         (self, log)
     }
 
-    /// These cells, with the robots of `other` where there are none of that name
-    /// here.
+    /// These cells, with the robots of `other` where a name is missing here.
     #[must_use]
     pub fn with_robots_of(self, other: &Self) -> Self {
         Self {
@@ -84,8 +84,8 @@ impl Data {
         }
     }
 
-    /// Whether there is a folder for the robot that the file `path` belongs to;
-    /// true for every other file.
+    /// Whether there is a folder for the robot that the file `path` belongs to; `true` for
+    /// every other file.
     fn has_robot_of(&self, path: &str) -> bool {
         let Some((robot, _)) = path.strip_prefix("robots/").and_then(|p| p.split_once('/')) else {
             return true;
@@ -97,8 +97,8 @@ impl Data {
         }
     }
 
-    /// The checkout this library was built from: for tests, benches and
-    /// examples, and for programs built in a checkout for use there.
+    /// The checkout from which this library was built: for tests, benches and examples, and for
+    /// programs built in a checkout for use there.
     pub fn checkout() -> Self {
         Self::dir(Self::checkout_dir())
     }
@@ -109,11 +109,10 @@ impl Data {
         own.ancestors().nth(2).unwrap_or(own).to_owned()
     }
 
-    /// Text of a file by its path within the data, for instance
-    /// `cells/franka-stack.toml`.
+    /// Text of a file by its path within the data, for example `cells/franka-stack.toml`.
     ///
     /// # Errors
-    /// [`ModelError::Read`] where it is missing, unreadable or larger than
+    /// Returns [`ModelError::Read`] if it is missing, unreadable or larger than
     /// [`MAX_FILE_BYTES`].
     pub fn read(&self, path: &str) -> Result<Cow<'static, str>, ModelError> {
         let text = self.find(path)?;
@@ -145,7 +144,7 @@ impl Data {
         }
     }
 
-    /// Name of a file for messages: the path that opens it, where it is in a directory.
+    /// Name of a file for messages: in a directory, the path that opens it.
     pub fn name_of(&self, path: &str) -> String {
         if let Some(robots) = self.robots.as_ref().filter(|_| !self.has_robot_of(path)) {
             return robots.name_of(path);
@@ -156,8 +155,8 @@ impl Data {
         }
     }
 
-    /// Name and one-line description of every demo, by name. A cell file that
-    /// cannot be read is listed with the reason.
+    /// Name and one-line description of every demo, sorted by name. For a cell file that cannot
+    /// be read the description is the reason.
     pub fn demos(&self) -> Vec<(String, String)> {
         let mut demos: Vec<_> = self
             .cell_names()
@@ -200,7 +199,7 @@ impl Data {
         names
     }
 
-    /// Names of the cell files; `NAME.matrix.toml` and the like are behaviours.
+    /// Names of the cell files; `NAME.matrix.toml` and similar files are behaviours.
     fn cell_names(&self) -> Vec<String> {
         let stem = |file: &str| {
             let name = file.strip_suffix(".toml")?;
@@ -228,10 +227,11 @@ impl Data {
 /// Text of a file of the user.
 ///
 /// # Errors
-/// [`ModelError::Read`] where it is missing, unreadable, not UTF-8 or larger
-/// than [`MAX_FILE_BYTES`].
+/// Returns [`ModelError::Read`] if it is missing, unreadable, not UTF-8 or larger than
+/// [`MAX_FILE_BYTES`].
 pub fn read_text(path: &Path) -> Result<String, ModelError> {
-    // Every process of a cell reads it.
+    // Every process of a cell reads the file again, so a pipe, which can be read once, is
+    // refused.
     let file = user_file::open_file(path);
     let text = file.and_then(|_| user_file::read_text(path));
     text.map_err(|error| ModelError::Read {

@@ -1,14 +1,16 @@
-//! Bytes of a file as text. Files are UTF-8; another encoding is called by its name, as an
+//! Bytes of a file as text. Files are UTF-8; the error names another encoding, so that an
 //! editor can convert it.
 
-/// Bytes of which those of UTF-16 without a mark are recognised.
+/// Number of bytes that are searched for UTF-16 without a mark.
 const LOOKED_AT: usize = 4096;
 
 /// `bytes` as text.
 ///
 /// # Errors
-/// What the bytes are instead, and what to do.
+/// Returns the encoding that the bytes seem to have, and advice.
 pub(crate) fn text(bytes: Vec<u8>) -> Result<String, String> {
+    // Before UTF-8: text in UTF-16 of plain letters is valid UTF-8 with zeros, and would be
+    // accepted.
     if let Some(name) = utf_16(&bytes) {
         return Err(format!("it is {name} text; save it as UTF-8"));
     }
@@ -34,7 +36,7 @@ pub(crate) fn text(bytes: Vec<u8>) -> Result<String, String> {
     ))
 }
 
-/// Which UTF-16 the bytes are: by their mark, or as every other byte of plain letters is zero.
+/// The kind of UTF-16: from its mark, or because every other byte of plain letters is zero.
 fn utf_16(bytes: &[u8]) -> Option<&'static str> {
     if bytes.starts_with(&[0xff, 0xfe]) {
         return Some("UTF-16 (little endian)");

@@ -1,15 +1,15 @@
-//! What can be wrong with a file a person wrote.
+//! Errors in files that a person wrote.
 
 use std::fmt;
 
 use thiserror::Error;
 
-/// A place in a file: `cells/reach.toml:12`.
+/// A place in a file, such as `cells/reach.toml:12`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Location {
-    /// The file as the person named it.
+    /// Name of the file as the person gave it.
     pub file: String,
-    /// Line from 1 up, where known.
+    /// Line from 1, if known.
     pub line: Option<usize>,
 }
 
@@ -22,7 +22,7 @@ impl Location {
         }
     }
 
-    /// A line of a file; `None` where only the file is known.
+    /// A line of a file; `None` if only the file is known.
     pub fn line(file: &str, line: Option<usize>) -> Self {
         Self {
             file: file.to_owned(),
@@ -40,8 +40,8 @@ impl fmt::Display for Location {
     }
 }
 
-/// Why a robot or a cell cannot be loaded. Every message names the file, what
-/// is wrong there and what to do.
+/// Reason for which a robot or a cell cannot be loaded. Every message names the file, the
+/// problem and advice.
 #[derive(Debug, Error)]
 pub enum ModelError {
     /// A file is missing or unreadable.
@@ -49,7 +49,7 @@ pub enum ModelError {
     Read {
         /// The file as named.
         file: String,
-        /// The operating system's word, or what is known instead.
+        /// Message of the operating system, or another reason.
         reason: String,
         /// What to do.
         advice: String,
@@ -59,7 +59,7 @@ pub enum ModelError {
     Syntax {
         /// Where.
         place: Location,
-        /// What the parser says.
+        /// Message of the parser.
         message: String,
     },
     /// An unknown key.
@@ -84,7 +84,7 @@ pub enum ModelError {
         /// What is allowed and what to do.
         allowed: String,
     },
-    /// A name that leads nowhere.
+    /// An unknown name.
     #[error("unknown {what} '{name}'; {advice}")]
     UnknownName {
         /// demo, robot, frame...
@@ -99,7 +99,7 @@ pub enum ModelError {
     Chain {
         /// Where.
         place: Location,
-        /// What the tree lacks.
+        /// Problem of the tree.
         source: rmp::ChainError,
     },
 }

@@ -1,8 +1,7 @@
-//! What a robot, a scene, a run and a stop are; no engine, no bus.
+//! Data types and files of robots, scenes, runs and stops, without engine and bus.
 //!
-//! [`Cell::load`] is the way in: it reads `cells/NAME.toml` and the robots it
-//! names from a [`Data`] source, checks everything, and places the objects for
-//! a seed.
+//! [`Cell::load`] is the entry point: it reads `cells/NAME.toml` and its robots from a [`Data`]
+//! source, checks everything, and places the objects for a seed.
 #![forbid(unsafe_code)]
 
 pub mod cells;

@@ -1,22 +1,25 @@
-//! The brake ramp: from any commanded motion to standstill within acceleration
-//! and jerk limits, one tick at a time.
+//! The brake ramp: from any commanded motion to standstill within acceleration and jerk limits,
+//! one tick at a time.
 //!
-//! Limits hold for difference quotients over the tick, as they are counted:
-//! acceleration is the change of commanded velocity over a tick, jerk the change
-//! of that.
+//! Limits apply to difference quotients over a tick, as violations are counted: acceleration is
+//! the change of the commanded velocity over a tick, jerk the change of that.
+//!
+//! Physics and controllers both use it, so its result must be the same bits in both: a
+//! controller that restarts continues from the ramp of physics (ADR 0007). A ramp that breaks a
+//! limit would make the stop itself a violation.
 
 use rmp::JointLimits;
 
-/// Below this speed, with no acceleration left, a joint stands (rad/s or m/s).
-/// Far below what a limit's tolerance can see.
+/// A joint slower than this without acceleration is at rest (rad/s or m/s): far below the
+/// tolerance of any limit, and above the rounding errors that would keep it moving.
 const STANDSTILL: f64 = 1.0e-12;
 
 /// Commanded motion of one joint.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RampState {
-    /// rad or m.
+    /// Position (rad or m).
     pub position: f64,
-    /// rad/s or m/s.
+    /// Velocity (rad/s or m/s).
     pub velocity: f64,
     /// Change of velocity in the last tick (rad/s² or m/s²).
     pub acceleration: f64,
@@ -25,28 +28,30 @@ pub struct RampState {
 impl RampState {
     /// The motion one tick later, braking as hard as the limits allow.
     ///
-    /// The deceleration `s` is the one from which taking it back by the jerk
-    /// limit in every tick uses up exactly the velocity that is left: the sum of
-    /// `s`, `s - J`, `s - 2 J`, ... over the ticks, `J` being jerk times tick. A
-    /// start outside the limits comes back at the jerk limit.
+    /// The deceleration `s` is the one that uses up exactly the remaining velocity if it is
+    /// reduced by the jerk limit in every tick: the sum of `s`, `s - J`, `s - 2 J`, ... over
+    /// the ticks, with `J` the jerk limit times the tick. A start outside of the limits returns
+    /// to them at the jerk limit.
     pub fn brake(self, acceleration_limit: f64, jerk_limit: f64, dt: f64) -> Self {
         let change = jerk_limit * dt;
         let wanted = -self.velocity.signum()
             * deceleration(self.velocity.abs() / dt, change).min(acceleration_limit);
+        // The jerk limit comes last: it holds even where the braking then takes longer.
         let acceleration = wanted.clamp(self.acceleration - change, self.acceleration + change);
         let mut velocity = self.velocity + acceleration * dt;
         if velocity.abs() <= STANDSTILL && acceleration.abs() <= change {
             velocity = 0.0;
         }
         Self {
+            // The trapezoid is exact for the constant acceleration of one tick.
             position: self.position + 0.5 * (self.velocity + velocity) * dt,
             velocity,
             acceleration: (velocity - self.velocity) / dt,
         }
     }
 
-    /// The motion one tick later at constant velocity, the acceleration that is
-    /// left being taken back by the jerk limit.
+    /// The motion one tick later at constant velocity; the remaining acceleration is reduced by
+    /// the jerk limit.
     pub fn coast(self, jerk_limit: f64, dt: f64) -> Self {
         let change = jerk_limit * dt;
         let acceleration = self.acceleration - self.acceleration.clamp(-change, change);
@@ -58,14 +63,14 @@ impl RampState {
         }
     }
 
-    /// Whether the motion has ended.
+    /// Whether the joint is at rest.
     pub fn stands(&self) -> bool {
         self.velocity == 0.0 && self.acceleration == 0.0
     }
 }
 
-/// Brakes every joint by one tick; true when all stand. Slices and limits have
-/// one entry per joint.
+/// Brakes every joint by one tick; returns whether all are at rest. Slices and limits have one
+/// entry for each joint.
 pub fn brake_all(joints: &mut [RampState], limits: &JointLimits, dt: f64) -> bool {
     let limits = limits.acceleration.iter().zip(&limits.jerk);
     for (joint, (acceleration, jerk)) in joints.iter_mut().zip(limits) {
@@ -74,11 +79,11 @@ pub fn brake_all(joints: &mut [RampState], limits: &JointLimits, dt: f64) -> boo
     joints.iter().all(RampState::stands)
 }
 
-/// First deceleration `s` of a falling series `s`, `s - change`, ... (as long
-/// as positive) whose sum is `sum`.
+/// First deceleration `s` of a falling series `s`, `s - change`, ... (while positive) with the
+/// sum `sum`.
 fn deceleration(sum: f64, change: f64) -> f64 {
     let terms = sum / change;
-    // The last k with k (k + 1) / 2 <= terms.
+    // The largest k with k (k + 1) / 2 <= terms.
     let k = (0.5 * ((1.0 + 8.0 * terms).sqrt() - 1.0)).floor().max(0.0);
     (sum + change * 0.5 * k * (k + 1.0)) / (k + 1.0)
 }

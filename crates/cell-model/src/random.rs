@@ -1,6 +1,5 @@
-//! The random numbers of a run: `SplitMix64` (Steele, Lea and Flood, "Fast
-//! splittable pseudorandom number generators", 2014). Small, and the same on
-//! every machine.
+//! The random numbers of a run: `SplitMix64` (Steele, Lea and Flood, "Fast splittable
+//! pseudorandom number generators", 2014). It is small, and the same on every machine.
 
 /// A generator; equal seeds give equal numbers.
 #[derive(Clone, Debug)]
@@ -23,7 +22,7 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// Evenly from `-half` to `half`; 53 bits fine.
+    /// Evenly distributed from `-half` to `half`, with 53 random bits.
     pub fn around_zero(&mut self, half: f64) -> f64 {
         let unit = (self.bits() >> 11) as f64 / (1_u64 << 53) as f64;
         half * (2.0 * unit - 1.0)

@@ -14,10 +14,10 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// The number of a cell file with this text.
+    /// The number with the key of `bounds` in a cell file with this text.
     ///
     /// # Errors
-    /// [`ModelError`] for a key that leads to no number.
+    /// Returns [`ModelError`] for a key that is not the path of a number.
     pub fn new(bounds: Bounds, file: &str, text: &str) -> Result<Self, ModelError> {
         let places = setting::places(file, text, &bounds.key)?;
         let is_integer = places.iter().any(|place| place.kind == Kind::Integer);
@@ -29,12 +29,12 @@ impl Axis {
         Ok(Self { bounds, kind })
     }
 
-    /// The least and the largest value.
+    /// The smallest and the largest value.
     pub fn ends(&self) -> [Number; 2] {
         [self.bounds.low.clone(), self.bounds.high.clone()]
     }
 
-    /// With this value.
+    /// The setting that gives the number this value.
     pub fn at(&self, value: &Number) -> Setting {
         Setting {
             key: self.bounds.key.clone(),
@@ -42,17 +42,19 @@ impl Axis {
         }
     }
 
-    /// What halves the way from `low` to `high`; none where nothing is between them.
+    /// The value in the middle of `low` and `high`; `None` if there is none between them.
     pub fn middle(&self, low: &Number, high: &Number) -> Option<Number> {
         let between = Bounds {
             key: String::new(),
             low: low.clone(),
             high: high.clone(),
         };
+        // An integer of the file stays one: a cell refuses 4.5 for it.
         let middle = match between.integers().filter(|_| self.kind == Kind::Integer) {
             Some((low, high)) => Number::from(low.midpoint(high)),
             None => Number::from_f64(low.as_f64()?.midpoint(high.as_f64()?))?,
         };
+        // Adjacent values end the search; halving again would never end.
         (middle != *low && middle != *high).then_some(middle)
     }
 }

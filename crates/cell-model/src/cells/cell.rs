@@ -32,7 +32,7 @@ pub struct Cell {
     pub description: String,
     /// Policies that can run it.
     pub policies: Vec<String>,
-    /// The one that runs where none is named.
+    /// Policy of a run that names none.
     pub default_policy: String,
     /// Simulated time after which the run has failed (s).
     pub time_limit_s: f64,
@@ -40,32 +40,33 @@ pub struct Cell {
     pub arms: Vec<ArmSpec>,
     /// Movable objects in the order of [`ipc_types::WorldState::objects`].
     pub objects: Vec<ObjectSpec>,
-    /// What stands still.
+    /// Fixtures.
     pub fixtures: Vec<FixtureSpec>,
     /// The belt.
     pub conveyor: Option<ConveyorTable>,
-    /// What drops parts.
+    /// The dispenser of parts.
     pub dispenser: Option<DispenserTable>,
     /// Light barriers in the order of
     /// [`ipc_types::EquipmentState::sensors`].
     pub sensors: Vec<SensorTable>,
-    /// An object below this height is taken out of the cell (m).
+    /// An object below this height is removed from the cell (m).
     pub clear_below_m: Option<f64>,
-    /// A reset of the task leaves it paused, with its arms on the way to their default pose.
+    /// Whether a reset of the task leaves it paused, with its arms on the way to their default
+    /// pose.
     pub reset_pauses: bool,
-    /// What is less than ideal.
+    /// Disturbances of observation and drives.
     pub disturbance: Disturbance,
-    /// Bins the job is about: all of the cell, or fewer where the run says so.
+    /// Number of bins that the job needs: all of the cell, or fewer if the run limits them.
     pub bins: usize,
     /// Seed of everything random in this run.
     pub seed: u64,
-    /// What the policies work with.
+    /// The table with the settings of the policies.
     pub task: TaskTable,
-    /// Where a picture is taken from.
+    /// Camera of a picture.
     pub camera: Camera,
-    /// Where the cell file came from, and other files it names.
+    /// Source of the cell file, and of other files that it names.
     pub data: Data,
-    /// Leaves of the task's tree that answer without being run, with `--replace`.
+    /// Leaves of the task's tree that answer without being run (`--replace`).
     pub replace: Vec<Replace>,
 }
 
@@ -80,9 +81,9 @@ pub struct ArmSpec {
     pub base: Isometry3<f64>,
     /// Controlled joints at the start (rad or m).
     pub home: Vec<f64>,
-    /// Whether it follows planned paths where its goal is behind something.
+    /// Whether it follows planned paths where its goal is behind something (ADR 0021).
     pub planner: bool,
-    /// Program with its controllers, where it is not the built-in one.
+    /// Program with its controllers, if it is not the built-in one.
     pub controller: Option<String>,
 }
 
@@ -101,23 +102,23 @@ pub struct ObjectSpec {
     pub pose: Isometry3<f64>,
     /// Pose without the seed's variation, world frame.
     pub nominal: Isometry3<f64>,
-    /// How far a seed may move it from there.
+    /// Largest deviation by which a seed may move it.
     pub spawn: SpawnArea,
-    /// `name` of its table: that of all its kind where there are several.
+    /// `name` of its table, which all objects of a series share.
     pub kind: String,
-    /// Not in the simulation until the conveyor or the dispenser brings it.
+    /// Whether it is not in the simulation until the conveyor or the dispenser brings it.
     pub parked: bool,
-    /// Whether motion policies can keep away from it.
+    /// Whether motion policies can avoid it.
     pub obstacle: bool,
     /// Whether it may fall asleep while it still trembles.
     pub sleeps: bool,
-    /// Slows its turning (1/s).
+    /// Damping of its turning (1/s).
     pub angular_damping: f64,
     /// Red, green, blue from 0 to 1.
     pub colour: [f64; 3],
 }
 
-/// Something that stands still.
+/// A fixture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FixtureSpec {
     /// Name in the cell.
@@ -128,9 +129,9 @@ pub struct FixtureSpec {
     pub pose: Isometry3<f64>,
     /// Friction coefficient.
     pub friction: f64,
-    /// Whether it is there in physics; without, it only keeps motion away.
+    /// Whether it exists in physics; otherwise it only guides motions.
     pub solid: bool,
-    /// Whether motion policies keep away from it.
+    /// Whether motion policies avoid it.
     pub obstacle: bool,
     /// Red, green, blue from 0 to 1.
     pub colour: [f64; 3],
@@ -141,7 +142,7 @@ impl Cell {
     /// picks its friction; `robot` replaces the robot of every arm.
     ///
     /// # Errors
-    /// [`ModelError`] for an unknown demo and for any file that is wrong.
+    /// Returns [`ModelError`] for an unknown demo, and for the first file with an error.
     pub fn load(
         data: &Data,
         demo: &str,
@@ -154,7 +155,7 @@ impl Cell {
     /// As [`Cell::load`], with `settings` in place of numbers of the cell file.
     ///
     /// # Errors
-    /// As [`Cell::load`], and for a key that leads to no number.
+    /// As [`Cell::load`], and for a key that is not the path of a number.
     pub fn load_with(
         data: &Data,
         demo: &str,
@@ -162,6 +163,7 @@ impl Cell {
         robot: Option<&RobotFiles>,
         settings: &[Setting],
     ) -> Result<Self, ModelError> {
+        // Checked before the file is read: a misspelt demo gets the list of the known ones.
         let demos = data.demos();
         if !demos.iter().any(|(name, _)| name == demo) {
             let names: Vec<&str> = demos.iter().map(|(name, _)| name.as_str()).collect();
@@ -177,6 +179,8 @@ impl Cell {
             return Self::from_text(data, demo, &name, &text, seed, robot);
         }
         let text = setting::apply(&name, &text, settings)?;
+        // The settings are part of the file's name in messages: a refused value may be one of
+        // them.
         let words: Vec<String> = settings.iter().map(Setting::to_string).collect();
         let name = format!("{name} (with {})", words.join(" "));
         Self::from_text(data, demo, &name, &text, seed, robot)
@@ -195,6 +199,8 @@ impl Cell {
         robot: Option<&RobotFiles>,
     ) -> Result<Self, ModelError> {
         let table: CellFile = toml_text::parse(file, text)?;
+        // Ranges before robots: a wrong number of the cell file is reported without reading a
+        // robot.
         check_file::check(file, text, &table)?;
         let mut arms = Vec::new();
         for (index, arm) in table.arms.iter().enumerate() {
@@ -202,6 +208,8 @@ impl Cell {
                 Some(files) => Robot::from_files(files)?,
                 None => named_robot(data, &Checker::new(file, text), index, &arm.robot)?,
             };
+            // The home position of the file belongs to the robot of the file, not to one given
+            // in its place.
             let home = match (&arm.home_joint_positions, robot) {
                 (Some(home), None) => home.clone(),
                 _ => loaded.home(),
@@ -216,6 +224,8 @@ impl Cell {
                 controller: arm.controller.clone(),
             });
         }
+        // One generator, objects in the order of the file: inserting an object moves those
+        // after it.
         let mut random = Random::new(seed);
         let objects: Vec<ObjectSpec> = table
             .objects
@@ -253,7 +263,7 @@ impl Cell {
     /// file names.
     ///
     /// # Errors
-    /// [`ModelError::Read`] where it is missing or unreadable.
+    /// Returns [`ModelError::Read`] if it is missing or unreadable.
     pub fn read(&self, name: &str) -> Result<Cow<'static, str>, ModelError> {
         self.data.read(&format!("cells/{name}"))
     }
@@ -266,7 +276,7 @@ impl Cell {
     /// Index of an object by name.
     ///
     /// # Errors
-    /// [`ModelError::UnknownName`] with the nearest name.
+    /// Returns [`ModelError::UnknownName`] with the nearest name.
     pub fn object_index(&self, name: &str) -> Result<usize, ModelError> {
         let names: Vec<&str> = self
             .objects
@@ -283,10 +293,10 @@ impl Cell {
             })
     }
 
-    /// Makes the job one about `bins` bins.
+    /// Limits the job to `bins` bins.
     ///
     /// # Errors
-    /// [`ModelError::Value`] where the cell has fewer, or none.
+    /// Returns [`ModelError::Value`] if the cell has fewer, or none.
     pub fn limit_bins(&mut self, bins: u32) -> Result<(), ModelError> {
         let wanted = bins as usize;
         if wanted == 0 || wanted > self.bins {
@@ -306,14 +316,14 @@ impl Cell {
         Ok(())
     }
 
-    /// Objects that motion policies can keep away from, with their index, in the
-    /// order of [`ipc_types::ArmGoal::object_mask`].
+    /// Objects that motion policies can avoid, with their index, in the order of
+    /// [`ipc_types::ArmGoal::object_mask`].
     pub fn obstacle_objects(&self) -> impl Iterator<Item = (usize, &ObjectSpec)> {
         let objects = self.objects.iter().enumerate();
         objects.filter(|(_, object)| object.obstacle)
     }
 
-    /// Fixtures that motion policies keep away from, in the order of
+    /// Fixtures that motion policies avoid, in the order of
     /// [`ipc_types::ArmGoal::obstacle_mask`].
     pub fn obstacles(&self) -> impl Iterator<Item = &FixtureSpec> {
         self.fixtures.iter().filter(|fixture| fixture.obstacle)
@@ -326,15 +336,13 @@ impl ObjectSpec {
         matches!(self.shape, Shape::Bin { .. })
     }
 
-    /// Another pose of the spawn area.
+    /// Draws another pose within the spawn area.
     pub fn respawn(&mut self, random: &mut Random) {
         self.pose = vary(&self.nominal, self.spawn, random);
     }
 }
 
-/// Four numbers are drawn for every object, used or not: x, y, yaw, friction;
-/// a fifth where it can have several shapes.
-/// The robot an arm names; an unknown name is an error of the cell file.
+/// The robot that an arm names; an unknown name is an error of the cell file.
 fn named_robot(data: &Data, at: &Checker<'_>, arm: usize, name: &str) -> Result<Robot, ModelError> {
     let known = data.robot_names();
     if known.iter().any(|known| known == name) {
@@ -345,6 +353,9 @@ fn named_robot(data: &Data, at: &Checker<'_>, arm: usize, name: &str) -> Result<
     Err(at.refuse(&format!("arm.{arm}.robot"), format!("'{name}'"), allowed))
 }
 
+/// An object of a table at its place for this seed. Four numbers are drawn for every object,
+/// used or not: x, y, yaw, friction; a fifth if it can have several shapes. So a spread of 0
+/// does not move the objects after it.
 fn place(object: &ObjectTable, index: u32, random: &mut Random) -> ObjectSpec {
     let mut nominal = pose(object.position_m, object.yaw_rad);
     nominal.translation.vector += Vector3::from(object.pitch_m) * f64::from(index);
@@ -371,7 +382,7 @@ fn place(object: &ObjectTable, index: u32, random: &mut Random) -> ObjectSpec {
     }
 }
 
-/// Evenly below `count`; draws nothing where there is no choice.
+/// A number below `count`, each as likely; draws nothing if there is no choice.
 fn random_index(count: usize, random: &mut Random) -> usize {
     if count < 2 {
         return 0;
@@ -409,12 +420,12 @@ fn pose([x, y, z]: [f64; 3], yaw_rad: f64) -> Isometry3<f64> {
     Isometry3::from_parts(Translation3::new(x, y, z), turn_about_z(yaw_rad))
 }
 
-/// The rotation of a quaternion w x y z that was checked to be of norm 1.
+/// The rotation of a quaternion w x y z, whose norm was checked to be 1.
 fn unit([w, x, y, z]: [f64; 4]) -> UnitQuaternion<f64> {
     UnitQuaternion::new_normalize(nalgebra::Quaternion::new(w, x, y, z))
 }
 
-/// A turn about z (rad), the same on every machine.
+/// A turn about z (rad), with sine and cosine of `libm`, which are the same on every machine.
 pub fn turn_about_z(angle: f64) -> UnitQuaternion<f64> {
     let (sin, cos) = (libm::sin(0.5 * angle), libm::cos(0.5 * angle));
     Unit::new_unchecked(nalgebra::Quaternion::new(cos, 0.0, 0.0, sin))

@@ -5,11 +5,11 @@ use crate::check::Checker;
 use crate::error::ModelError;
 use crate::suggest;
 
-/// No belt and no object that comes in is faster (m/s).
+/// Upper bound of the speed of a belt, and of an object that it brings (m/s).
 const MAX_SPEED_M_S: f64 = 5.0;
 
 impl Checker<'_> {
-    /// Refuses equipment whose names or numbers cannot be meant.
+    /// Refuses equipment with invalid names or numbers.
     pub(crate) fn equipment(&self, cell: &CellFile) -> Result<(), ModelError> {
         if let Some(conveyor) = &cell.conveyor {
             self.conveyor(conveyor, cell)?;
@@ -84,10 +84,13 @@ impl Checker<'_> {
             1.0e3,
         )?;
         let length = sensor.direction.iter().map(|x| x * x).sum::<f64>().sqrt();
+        // Only a direction of length zero is refused: any other one is normalised later.
         self.number(&format!("{key}.direction"), length, 1.0e-6, 1.0e4)?;
         self.number(&format!("{key}.range_m"), sensor.range_m, 1.0e-3, 20.0)
     }
 
+    // Equipment brings objects that are out of the simulation; one that is in it cannot be
+    // brought.
     fn parked(&self, key: &str, name: &str, cell: &CellFile) -> Result<(), ModelError> {
         let parked = cell.objects.iter().filter(|object| object.parked);
         let parked: Vec<&str> = parked.map(|object| object.name.as_str()).collect();

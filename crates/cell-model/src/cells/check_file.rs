@@ -7,14 +7,14 @@ use crate::robots::robot::Robot;
 use crate::shape::Shape;
 use crate::suggest;
 
-/// Most fixtures: a goal has a bit for each that is an obstacle.
+/// Largest number of fixtures: a goal has a bit for each that is an obstacle.
 const MAX_FIXTURES: usize = 64;
-/// Most objects that are obstacles: likewise.
+/// Largest number of objects that are obstacles: a goal has a bit for each.
 const MAX_OBSTACLE_OBJECTS: usize = 64;
-/// Most policies of one kind of task.
+/// Largest number of policies of a cell: an error lists them in one message.
 const MAX_POLICIES: usize = 16;
 
-/// Refuses a cell whose names or numbers cannot be meant.
+/// Refuses a cell with invalid names or numbers.
 pub(crate) fn check(file: &str, text: &str, cell: &CellFile) -> Result<(), ModelError> {
     let checker = Checker::new(file, text);
     checker.number("time_limit_s", cell.time_limit_s, 0.1, 1.0e5)?;
@@ -30,6 +30,7 @@ pub(crate) fn check(file: &str, text: &str, cell: &CellFile) -> Result<(), Model
         -MAX_COORDINATE_M,
         MAX_COORDINATE_M,
     )?;
+    // Counts before names: names are compared in pairs.
     checker.counts(cell)?;
     checker.names(cell)?;
     for (index, arm) in cell.arms.iter().enumerate() {
@@ -50,7 +51,7 @@ pub(crate) fn check(file: &str, text: &str, cell: &CellFile) -> Result<(), Model
     checker.equipment(cell)
 }
 
-/// Refuses a home position the robot cannot take.
+/// Refuses a home position that the robot cannot take.
 pub(crate) fn home(
     file: &str,
     text: &str,
@@ -113,8 +114,8 @@ impl Checker<'_> {
         Ok(())
     }
 
-    /// A goal has a bit for each of them: without one, an arm could not be told to touch
-    /// an object.
+    /// Refuses too many obstacles. A goal has a bit for each of them: without one, an arm could
+    /// not be allowed to touch an object.
     fn obstacles(&self, cell: &CellFile) -> Result<(), ModelError> {
         let mut count = 0;
         for (index, object) in cell.objects.iter().enumerate() {
@@ -149,7 +150,7 @@ impl Checker<'_> {
         )
     }
 
-    /// An object must not have the name one of a series gets.
+    /// Refuses an object with a name that a series gives to one of its objects.
     fn numbered_names(&self, cell: &CellFile) -> Result<(), ModelError> {
         let series = cell.objects.iter().filter(|object| object.count.is_some());
         let numbered = series
@@ -173,6 +174,7 @@ impl Checker<'_> {
         let mut seen: Vec<&str> = Vec::new();
         for (index, name) in names.enumerate() {
             let key = format!("{what}.{index}.name");
+            // Names become parts of keys on blackboards, which are short texts.
             let word = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
             if name.is_empty() || name.len() > 32 || !name.chars().all(word) {
                 return Err(self.refuse(
@@ -199,6 +201,7 @@ impl Checker<'_> {
         })?;
         if let Shape::Bin { size_m, wall_m } = *shape {
             let thinnest = size_m.iter().fold(f64::INFINITY, |least, s| least.min(*s));
+            // Walls thicker than this would leave no inside.
             self.number(&format!("{key}.wall_m"), wall_m, 1.0e-3, 0.45 * thinnest)?;
         }
         Ok(())

@@ -1,4 +1,4 @@
-//! `cells/NAME.toml` as it stands in the file.
+//! `cells/NAME.toml`, as in the file.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -111,7 +111,7 @@ pub struct ArmTable {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ObjectTable {
-    /// Name in the cell; with `count`, what the numbered names begin with.
+    /// Name in the cell; with `count`, the prefix of the numbered names.
     pub name: String,
     /// Makes that many of it: `NAME_01`, `NAME_02` and so on, with three digits from
     /// 100 up.
@@ -191,7 +191,7 @@ pub struct SupplyTable {
     /// Share of them that comes upside down, from 0 to 1; the seed picks which.
     #[serde(default)]
     pub flipped_share: f64,
-    /// No more come while that many lie on the belt.
+    /// No more come while that many are on the belt.
     pub max_waiting: u32,
     /// Time between two of them at least (s).
     pub cool_down_s: f64,
@@ -221,7 +221,7 @@ pub struct DispenserTable {
 pub struct SensorTable {
     /// Name in the cell.
     pub name: String,
-    /// Where the ray begins, world frame (m).
+    /// Start of the ray, world frame (m).
     pub position_m: [f64; 3],
     /// Where it goes, any length but zero.
     pub direction: [f64; 3],
@@ -241,7 +241,7 @@ pub struct SpawnArea {
     pub yaw_rad: f64,
 }
 
-/// `[[fixture]]`: something that stands still.
+/// `[[fixture]]`: a body that does not move.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FixtureTable {

@@ -1,5 +1,4 @@
-//! What a cell is: arms, objects, fixtures, equipment, the task's table, and the
-//! scripts that act upon it.
+//! Cells: arms, objects, fixtures, equipment, the task's table, and scripts.
 
 pub mod axis;
 pub mod cell;

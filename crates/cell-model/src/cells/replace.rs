@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::data::read_text;
 use crate::error::{Location, ModelError};
 
-/// What a replaced leaf answers.
+/// The answer of a replaced leaf.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ReplacedAnswer {
@@ -63,6 +63,7 @@ impl FromStr for Replace {
                  NODE=running, each with :SECONDS for a time, or the name of a FILE.jsonl"
             )
         };
+        // From the right: an id may contain `=`, a result may not.
         let (node, result) = text.rsplit_once('=').ok_or_else(wrong)?;
         let (result, for_s) = match result.split_once(':') {
             Some((result, seconds)) => (result, Some(seconds.parse().map_err(|_| wrong())?)),
@@ -87,7 +88,7 @@ impl FromStr for Replace {
 /// The rules of arguments: `NODE=RESULT[:SECONDS]`, or a file with one rule a line.
 ///
 /// # Errors
-/// [`ModelError`] for a file that cannot be read, and for a line that is no rule.
+/// Returns [`ModelError`] for a file that cannot be read, and for a line that is not a rule.
 pub fn of_arguments(arguments: &[String]) -> Result<Vec<Replace>, ModelError> {
     let mut rules = Vec::new();
     for argument in arguments {
@@ -107,7 +108,7 @@ pub fn of_arguments(arguments: &[String]) -> Result<Vec<Replace>, ModelError> {
 /// The rules of a file, one JSON object a line.
 ///
 /// # Errors
-/// [`ModelError`] with the line that is no rule.
+/// Returns [`ModelError`] with the line that is not a rule.
 pub fn of_text(file: &str, text: &str) -> Result<Vec<Replace>, ModelError> {
     let lines = (1..).zip(text.lines());
     let lines = lines.filter(|(_, line)| !line.trim().is_empty());
@@ -122,6 +123,7 @@ pub fn of_text(file: &str, text: &str) -> Result<Vec<Replace>, ModelError> {
 }
 
 fn refused(file: &str, line: Option<usize>, text: &str, why: String) -> ModelError {
+    // Shortened: a line of a wrong file may be megabytes.
     let mut shown: String = text.chars().take(60).collect();
     if shown.len() < text.len() {
         shown.push('…');

@@ -1,4 +1,4 @@
-//! Scripts: one JSON object a line, run at a simulated time or a phase.
+//! Scripts: one JSON object in each line, run at a simulated time or a phase.
 
 use ipc_types::TICK_NS;
 use serde::{Deserialize, Serialize};
@@ -10,11 +10,11 @@ use crate::runs::phase_name;
 
 pub use crate::cells::script_line::{GripperWord, ScriptAction, ScriptLine, Trigger};
 
-/// For those who wrote a line that cannot be read.
+/// Shown to the author of a line that cannot be read.
 const EXAMPLE: &str =
     r#"{"at_s": 12.0, "do": "drag", "object": "blue_cube", "to": [0.5, -0.2, 0.025]}"#;
 
-/// Most parts a line may drop at a time.
+/// Largest number of parts that a line may drop at a time.
 const MAX_PARTS: f64 = 100.0;
 
 /// A line that cannot be used.
@@ -29,13 +29,12 @@ pub struct ScriptError {
 /// Reads a script; empty lines are skipped. `file` is for messages.
 ///
 /// # Errors
-/// [`ScriptError`] for the first line that cannot be used.
+/// Returns [`ScriptError`] for the first line that cannot be used.
 pub fn parse(text: &str, file: &str) -> Result<Vec<ScriptLine>, ScriptError> {
     parse_with(text, file, |_| Ok(()))
 }
 
-/// As [`parse`], and refuses what the cell does not have: objects, arms and
-/// controllers.
+/// As [`parse`], and refuses objects, arms and controllers that the cell does not have.
 ///
 /// # Errors
 /// As [`parse`].
@@ -59,6 +58,8 @@ fn parse_with(
             problem,
         };
         let parsed = parse_line(line)
+            // The example is shown only where the line cannot be read at all; other errors name
+            // the key.
             .map_err(|problem| fail(format!("{problem}; a line looks like {EXAMPLE}")))?;
         check(&parsed.trigger, &parsed.action).map_err(fail)?;
         also(&parsed).map_err(fail)?;
@@ -79,6 +80,7 @@ fn parse_line(line: &str) -> Result<ScriptLine, String> {
             .map(|(key, value)| (key.clone(), value.clone()))
             .collect::<serde_json::Map<_, _>>()
     };
+    // Both or neither have no meaning; the reader would take the first that fits.
     if object.contains_key("at_s") == object.contains_key("at_phase") {
         return Err("give either at_s or at_phase".to_owned());
     }
@@ -86,6 +88,7 @@ fn parse_line(line: &str) -> Result<ScriptLine, String> {
     {
         return Err("nth and after_s belong to at_phase, not to at_s".to_owned());
     }
+    // Keys are checked first: this error names the key that was probably meant.
     check_keys(object)?;
     let trigger: Trigger = serde_json::from_value(part(true).into()).map_err(|e| e.to_string())?;
     let action: ScriptAction =
@@ -140,7 +143,7 @@ fn check(trigger: &Trigger, action: &ScriptAction) -> Result<(), String> {
     }
 }
 
-/// Counts entries into phases and says which lines are due.
+/// Counts entries into phases, and finds the lines that are due.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ScriptRunner {
     lines: Vec<Pending>,
@@ -157,7 +160,7 @@ struct Pending {
 }
 
 impl ScriptRunner {
-    /// A runner for `lines`, none of which has fired.
+    /// A runner for `lines`, before any of them has fired.
     pub fn new(lines: &[ScriptLine]) -> Self {
         let pending = |line: &ScriptLine| Pending {
             due_tick: match line.trigger {
@@ -175,15 +178,16 @@ impl ScriptRunner {
         }
     }
 
-    /// Lines that have not fired.
+    /// Number of lines that have not fired.
     pub fn left(&self) -> u32 {
         self.lines.iter().map(|l| u32::from(!l.fired)).sum()
     }
 
-    /// Takes note of the newest decision's phase and its count of entries, in a cell with
-    /// these arms.
+    /// Records the phase and the count of entries of the newest decision, in a cell with these
+    /// arms.
     pub fn observe(&mut self, tick: u64, phase: &str, phase_entry: u32, arms: &[String]) {
         let is_now = |at: &str| phase_name::is_same(at, phase, arms);
+        // Phase and count are compared: a phase may be entered again from itself.
         if phase_entry == self.phase_entry && phase == self.phase {
             return;
         }
@@ -198,6 +202,7 @@ impl ScriptRunner {
                 && is_now(at_phase)
             {
                 pending.entries += 1;
+                // Exactly the nth: a later entry must not move the time again.
                 if pending.entries == *nth {
                     pending.due_tick = Some(tick + ticks(*after_s));
                 }
@@ -205,8 +210,8 @@ impl ScriptRunner {
         }
     }
 
-    /// The first line due at `tick` that has not fired, with its number from 1
-    /// up; it counts as fired from now on.
+    /// The first line due at `tick` that has not fired, with its number from 1; it counts as
+    /// fired from now on.
     pub fn next_due(&mut self, tick: u64) -> Option<(u32, ScriptAction)> {
         let index = self
             .lines

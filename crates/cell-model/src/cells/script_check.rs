@@ -1,10 +1,10 @@
-//! What a script may name: processes there are, and objects and arms of a cell.
+//! Checks of the processes, objects and arms that a script names.
 
 use crate::cells::cell::Cell;
 use crate::cells::script_line::ScriptAction;
 use crate::suggest;
 
-/// Refuses an action on something `cell` does not have.
+/// Refuses an action on a part that `cell` does not have.
 pub(crate) fn check(action: &ScriptAction, cell: &Cell) -> Result<(), String> {
     match action {
         ScriptAction::Drag { object, .. } => cell
@@ -57,7 +57,7 @@ fn gripper(arm: u32, cell: &Cell) -> Result<(), String> {
     Err(format!("arm {arm} has no gripper"))
 }
 
-/// `controller` names those of all arms, `controller-1` that of one.
+/// Checks a name: `controller` means those of all arms, `controller-1` that of one.
 fn controller(process: &str, cell: &Cell) -> Result<(), String> {
     let arm = process.strip_prefix("controller-");
     match arm.and_then(|arm| arm.parse::<u32>().ok()) {
@@ -68,7 +68,7 @@ fn controller(process: &str, cell: &Cell) -> Result<(), String> {
     }
 }
 
-/// Refuses a name that no process has.
+/// Refuses a name that is not a process.
 pub(crate) fn process_word(process: &str) -> Result<(), String> {
     let known = [
         "task",

@@ -4,10 +4,10 @@ use serde_json::{Map, Value};
 
 use crate::suggest;
 
-/// Those that say when a line fires.
+/// Keys that decide when a line fires.
 pub(super) const TRIGGER_KEYS: [&str; 4] = ["at_s", "at_phase", "nth", "after_s"];
 
-/// What a line can do, with the keys of each.
+/// The actions of a line, with the keys of each.
 const ACTIONS: [(&str, &[&str]); 14] = [
     ("drag", &["object", "to", "for_s"]),
     ("kill", &["process"]),
@@ -25,7 +25,7 @@ const ACTIONS: [(&str, &[&str]); 14] = [
     ("reset", &[]),
 ];
 
-/// Refuses an action and a key that do not exist, with the one that was probably meant.
+/// Refuses unknown actions and keys, with the nearest known name.
 pub(super) fn check_keys(line: &Map<String, Value>) -> Result<(), String> {
     let names = ACTIONS.map(|(name, _)| name);
     let asked = match line.get("do") {
@@ -52,7 +52,7 @@ pub(super) fn check_keys(line: &Map<String, Value>) -> Result<(), String> {
     }
 }
 
-/// A key that was to be `do` is named.
+/// Error for a line without an action; names a key that was probably meant as `do`.
 fn missing_action(line: &Map<String, Value>) -> Result<(), String> {
     let is_known = |key: &&String| !TRIGGER_KEYS.contains(&key.as_str());
     let unknown = line.keys().find(is_known);

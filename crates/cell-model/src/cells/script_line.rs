@@ -1,8 +1,8 @@
-//! The lines of a script: what they do, and when.
+//! The lines of a script: their actions and times.
 
 use serde::{Deserialize, Serialize};
 
-/// Something a script does.
+/// An action of a script.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
 pub enum ScriptAction {
@@ -40,8 +40,8 @@ pub enum ScriptAction {
     Target {
         /// TCP in the world frame (m).
         position: [f64; 3],
-        /// Its orientation; where it is missing, the one the operator gave last, or that
-        /// of the tool.
+        /// Its orientation; if it is missing, that of the operator's last target, or that of
+        /// the tool.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         orientation_wxyz: Option<[f64; 4]>,
         /// Arm by place in the cell file.
@@ -50,7 +50,7 @@ pub enum ScriptAction {
     },
     /// Asks for a bin.
     AddBin {
-        /// Upside down; as the seed has it otherwise.
+        /// Upside down; otherwise as the seed decides.
         #[serde(default)]
         flipped: bool,
     },
@@ -64,15 +64,15 @@ pub enum ScriptAction {
     TaskStart {},
     /// Pauses the task.
     TaskPause {},
-    /// Lets the task continue.
+    /// Resumes the task.
     TaskResume {},
-    /// Puts the task back to its beginning.
+    /// Resets the task to its start.
     TaskReset {},
     /// Pauses simulated time.
     Pause {},
-    /// Lets simulated time continue.
+    /// Resumes simulated time.
     Resume {},
-    /// Puts the scene back to its beginning.
+    /// Resets the scene to its start.
     Reset {},
 }
 
@@ -100,7 +100,7 @@ impl ScriptAction {
         matches!(self, Self::Kill { .. } | Self::Stop { .. })
     }
 
-    /// Whether it leads an arm, which only the operator may while the task is paused.
+    /// Whether it leads an arm, which only the operator may do while the task is paused.
     pub fn leads(&self) -> bool {
         matches!(self, Self::Gripper { .. } | Self::Target { .. })
     }
@@ -112,7 +112,7 @@ impl ScriptAction {
     }
 }
 
-/// When a line fires.
+/// The condition under which a line fires.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Trigger {
@@ -125,7 +125,7 @@ pub enum Trigger {
     Phase {
         /// Name as the policy shows it.
         at_phase: String,
-        /// Which entry, from 1 up.
+        /// Number of the entry, from 1.
         #[serde(default = "one")]
         nth: u32,
         /// Delay after the entry (s).
@@ -134,7 +134,7 @@ pub enum Trigger {
     },
 }
 
-/// One line; in a run file its two parts stand apart.
+/// One line; a run file has its two parts separately.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ScriptLine {
     /// When.

@@ -1,7 +1,7 @@
 //! Numbers of a cell file that a run replaces, for `--set` and `--vary`.
 //!
-//! A key is a dotted path such as `task.timeout_s` or `object.red_cube.mass_kg`: an entry of a
-//! list of tables is found by its name, or by its place from 0; `*` is every entry.
+//! A key is a dotted path such as `task.timeout_s` or `object.red_cube.mass_kg`. An entry of a
+//! list of tables is found by its name, or by its index from 0; `*` is every entry.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -66,23 +66,24 @@ pub(crate) fn key_of(text: &str) -> Result<String, String> {
     ))
 }
 
-/// A finite number; integers are kept as such.
+/// A finite number; integers stay integers.
 pub(crate) fn number(text: &str) -> Option<Number> {
     let text = text.trim();
     let whole = text.parse::<i64>().ok().map(Number::from);
     whole.or_else(|| Number::from_f64(text.parse().ok()?))
 }
 
-/// The text of a cell file with these numbers in place of its own. A key that the file does
-/// not have is added; whether the cell knows it is found out by reading the text.
+/// The text of a cell file with these numbers in place of its own. A key that the file does not
+/// have is added; reading the text decides whether the cell knows it.
 ///
 /// # Errors
-/// [`ModelError`] for a key that leads to no number.
+/// Returns [`ModelError`] for a key that is not the path of a number.
 pub(crate) fn apply(file: &str, text: &str, settings: &[Setting]) -> Result<String, ModelError> {
     let mut text = text.to_owned();
+    // One after the other: two settings may add keys to the same table.
     for setting in settings {
         let value = setting.value.to_string();
-        // From the last to the first, so that the places before stay valid.
+        // From the last to the first, so that the positions before stay valid.
         let mut places = places(file, &text, &setting.key)?;
         places.sort_by_key(|place| std::cmp::Reverse(place.at.start));
         for place in places {
@@ -96,31 +97,31 @@ pub(crate) fn apply(file: &str, text: &str, settings: &[Setting]) -> Result<Stri
     Ok(text)
 }
 
-/// What a number is in the file.
+/// The kind of a number in the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// An integer.
     Integer,
-    /// A number that is no integer.
+    /// A number that is not an integer.
     Float,
-    /// Not there.
+    /// Missing.
     Missing,
 }
 
-/// Where a number is, or would be.
+/// The position of a number, or of a missing one.
 #[derive(Debug)]
 pub(crate) struct Place {
-    /// Its own path: names in place of `*`.
+    /// Its own path, with names in place of `*`.
     pub(crate) path: String,
-    /// What is there.
+    /// Its kind.
     pub(crate) kind: Kind,
     /// Bytes to replace.
     at: Range<usize>,
-    /// What is written before a number that is not there.
+    /// Text before a number that is added.
     before: String,
 }
 
-/// Where the numbers of a key are, in the order of the file.
+/// The positions of the numbers of a key, in the order of the file.
 pub(crate) fn places(file: &str, text: &str, key: &str) -> Result<Vec<Place>, ModelError> {
     let root = toml_text::table(file, text)?;
     let mut finder = Finder {
@@ -142,7 +143,7 @@ struct Finder<'a> {
 }
 
 impl Finder<'_> {
-    /// `header` is where the table begins; none of the whole file.
+    /// `header` is the position of the table; `None` for the whole file.
     fn table(
         &mut self,
         table: &DeTable<'_>,
@@ -189,7 +190,7 @@ impl Finder<'_> {
         Ok(())
     }
 
-    /// An entry has a name, or its place from 0.
+    /// An entry has a name, or its index from 0.
     fn array(
         &mut self,
         array: &[Spanned<DeValue<'_>>],
@@ -232,18 +233,21 @@ impl Finder<'_> {
         path: String,
     ) -> Result<(), ModelError> {
         let Some((last, tables)) = rest.split_last() else {
-            // A line below the header, or the first of the file.
+            // A line below the header, or the first one of the file.
             let rest = &self.text[header.unwrap_or(0)..];
             let at = match header {
                 None => 0,
                 Some(start) if rest.starts_with('[') => {
                     start + rest.find('\n').map_or(rest.len(), |end| end + 1)
                 }
+                // A table in braces has no line of its own in which a key could be added.
                 Some(_) => return Err(self.refuse(&path, "not there")),
             };
             self.add(at, format!("{first} = "), path);
             return Ok(());
         };
+        // Only at the end of the file: a new table in the middle would take the keys that
+        // follow it.
         if header.is_some() || rest.contains(&"*") {
             return Err(self.refuse(&path, "not there"));
         }

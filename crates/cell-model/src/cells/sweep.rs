@@ -1,5 +1,5 @@
-//! Which numbers of a cell the episodes of an evaluation replace: every combination of the
-//! values of `--set`, and for each seed numbers that are drawn within the bounds of `--vary`.
+//! Numbers of a cell that the episodes of an evaluation replace: every combination of the
+//! values of `--set`, and for each seed numbers drawn within the bounds of `--vary`.
 
 use std::fmt;
 use std::ops::RangeInclusive;
@@ -12,15 +12,15 @@ use crate::cells::setting::{self, Kind, Setting};
 use crate::error::{Location, ModelError};
 use crate::random::Random;
 
-/// An evaluation has no more combinations of values.
+/// Largest number of combinations of an evaluation.
 pub const MAX_VARIANTS: u32 = 10_000;
 
-/// A key and the values it takes, `KEY=V,V`.
+/// A key and its values, `KEY=V,V`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Values {
     /// See [`Setting::key`].
     pub key: String,
-    /// At least one.
+    /// The values, at least one.
     pub values: Vec<Number>,
 }
 
@@ -52,9 +52,9 @@ impl fmt::Display for Values {
 pub struct Bounds {
     /// See [`Setting::key`].
     pub key: String,
-    /// The least value.
+    /// The smallest value.
     pub low: Number,
-    /// The largest.
+    /// The largest value.
     pub high: Number,
 }
 
@@ -90,17 +90,19 @@ impl fmt::Display for Bounds {
 }
 
 impl Bounds {
-    /// Whether only integers are between them, where the cell file has one.
+    /// Both bounds if they are integers, for a number that is an integer in the cell file.
     pub(crate) fn integers(&self) -> Option<(i64, i64)> {
         Some((self.low.as_i64()?, self.high.as_i64()?))
     }
 
-    /// The value at `part` (0 to 1, without 1) of the way from the least to the largest.
+    /// The value at `part` (0 to 1, without 1) of the way from the smallest to the largest.
     fn at(&self, part: f64, kind: Kind) -> Option<Number> {
         let Some((low, high)) = self.integers().filter(|_| kind == Kind::Integer) else {
             let (low, high) = (self.low.as_f64()?, self.high.as_f64()?);
             return Number::from_f64(low + part * (high - low));
         };
+        // The largest integer is as likely as the others, hence one more; rounding may exceed
+        // it by one.
         let count = high.saturating_sub(low).saturating_add(1) as f64;
         #[expect(
             clippy::cast_possible_truncation,
@@ -110,22 +112,24 @@ impl Bounds {
     }
 }
 
-/// What the episodes of an evaluation replace.
+/// The numbers that the episodes of an evaluation replace.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Sweep {
-    /// Every combination of their values is run with every seed.
+    /// Values whose combinations are all run with every seed.
     pub set: Vec<Values>,
-    /// Drawn for every seed.
+    /// Bounds of the numbers drawn for every seed.
     pub vary: Vec<Bounds>,
 }
 
 impl Sweep {
-    /// Numbers of the combinations of `--set`: from 1 up, or 0 alone without any.
+    /// Numbers of the combinations of `--set`: from 1, or only 0 without any.
     pub fn variants(&self) -> RangeInclusive<u32> {
         if self.set.is_empty() {
             return 0..=0;
         }
         let counts = self.set.iter().map(|set| set.values.len());
+        // Saturating: the product of a few long lists exceeds any integer, and is refused
+        // below.
         let all = counts.fold(1_usize, usize::saturating_mul);
         1..=u32::try_from(all).unwrap_or(u32::MAX)
     }
@@ -150,7 +154,8 @@ impl Sweep {
     /// The episodes of a cell file with this text.
     ///
     /// # Errors
-    /// [`ModelError`] for a key that leads to no number, and for too many combinations.
+    /// Returns [`ModelError`] for a key that is not the path of a number, and for too many
+    /// combinations.
     pub fn cases(self, file: &str, text: &str) -> Result<Cases, ModelError> {
         let count = *self.variants().end();
         if count > MAX_VARIANTS {
@@ -183,16 +188,16 @@ impl Sweep {
 pub struct Case {
     /// Its seed.
     pub seed: u64,
-    /// Which of [`Sweep::variants`].
+    /// Its combination, one of [`Sweep::variants`].
     pub variant: u32,
     /// The values of that combination.
     pub set: Vec<Setting>,
-    /// What was drawn.
+    /// The numbers drawn for its seed.
     pub drawn: Vec<Setting>,
 }
 
 impl Case {
-    /// All that it replaces in the cell file.
+    /// All settings with which it replaces numbers of the cell file.
     pub fn settings(&self) -> Vec<Setting> {
         self.set.iter().chain(&self.drawn).cloned().collect()
     }
@@ -214,12 +219,12 @@ pub struct Cases {
 }
 
 impl Cases {
-    /// What they are made from.
+    /// The sweep that they are made from.
     pub fn sweep(&self) -> &Sweep {
         &self.sweep
     }
 
-    /// An episode. What is drawn depends on seed, path and bounds alone, so it is the same
+    /// An episode. A drawn number depends on seed, path and bounds alone, so it is the same
     /// whatever else is drawn or set.
     pub fn case(&self, seed: u64, variant: u32) -> Case {
         let draw = |draw: &Draw| {
@@ -239,8 +244,8 @@ impl Cases {
         }
     }
 
-    /// The least set of episodes of `seed` that has every value of `--set`, and both bounds of
-    /// what is drawn.
+    /// The smallest set of episodes of `seed` that has every value of `--set`, and both bounds
+    /// of each drawn number.
     pub fn samples(&self, seed: u64) -> Vec<Case> {
         let first = self.case(seed, *self.sweep.variants().start());
         let mut samples = vec![first.clone()];
@@ -262,7 +267,8 @@ impl Cases {
     }
 }
 
-/// FNV-1a: the same in every build.
+/// FNV-1a: the same in every build, unlike the hash of the standard library, so rows of two
+/// builds have the same numbers.
 fn hash(text: &str) -> u64 {
     text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)

@@ -24,7 +24,7 @@ pub struct TaskHead {
 /// The `[task]` table of a cell.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TaskTable {
-    /// What every kind has.
+    /// The keys of every kind.
     pub head: TaskHead,
     /// Name of the cell file in messages.
     pub file: String,
@@ -41,7 +41,7 @@ impl TaskTable {
         }
     }
 
-    /// Which job it is.
+    /// The kind of the job.
     pub fn kind(&self) -> &str {
         &self.head.kind
     }
@@ -49,13 +49,13 @@ impl TaskTable {
     /// The other keys of the table as `T`.
     ///
     /// # Errors
-    /// [`ModelError`] with file, line and what is known, for a key that is
-    /// unknown or missing and for a value of another type.
+    /// Returns [`ModelError`] with file, line and the known keys, for a key that is unknown or
+    /// missing and for a value of another type.
     pub fn read<T: DeserializeOwned>(&self) -> Result<T, ModelError> {
         toml_text::parse_table(&self.file, &self.text, "task", &["kind", "program"])
     }
 
-    /// Checks values of the table; keys begin with `task.`.
+    /// A checker for values of the table; keys start with `task.`.
     pub fn checker(&self) -> Checker<'_> {
         Checker::new(&self.file, &self.text)
     }

@@ -10,12 +10,13 @@ use crate::shape::{Link, LinkShape, Shape};
 const SPACING_M: f64 = 0.01;
 /// How far a sphere may reach out of a shape (m).
 const MARGIN_M: f64 = 0.015;
-/// What sticks out of the spheres by less is covered (m).
+/// Parts outside of the spheres by less than this count as covered (m).
 const COVERED_M: f64 = 0.004;
 
-/// Spheres (centre and radius, m) that cover `samples`: the fewest a greedy choice finds, at
-/// most `most`. A candidate is a point inside of a solid and its depth there; a sphere about it
-/// reaches `margin` out of the solid at most. What no candidate covers stays uncovered.
+/// Spheres (centre and radius, m) that cover `samples`: as few as a greedy choice finds, at
+/// most `most`. A candidate is a point inside of a solid and its depth there; a sphere around
+/// it reaches at most `margin` out of the solid. Samples that no candidate covers stay
+/// uncovered.
 pub fn cover(
     samples: &[Point3<f64>],
     candidates: &[(Point3<f64>, f64)],
@@ -33,7 +34,7 @@ pub fn cover(
                 .filter(|sample| reaches(candidate, sample))
                 .count()
         };
-        // Of equals the first: the same input has the same answer.
+        // The first of equals, so that the same input has the same result.
         let best = candidates
             .iter()
             .map(|candidate| (covered(&candidate), candidate))
@@ -47,6 +48,8 @@ pub fn cover(
         let Some((_, best)) = best.filter(|(count, _)| *count > 0) else {
             break;
         };
+        // As small as possible: the radius of the candidate may reach farther than any sample
+        // needs.
         let far = left
             .iter()
             .filter(|sample| reaches(best, sample))
@@ -58,9 +61,9 @@ pub fn cover(
 }
 
 impl Robot {
-    /// Spheres for what the collision shapes of the moving links, but the first, which turns
-    /// on the spot, have outside of [`Robot::spheres`]: with both the arm is covered, but for what sticks out by 4 mm. They
-    /// reach 15 mm out of the shapes at most.
+    /// Spheres for the parts of the collision shapes outside of [`Robot::spheres`], for all
+    /// moving links except the first, which turns on the spot. With both the arm is covered to
+    /// within 4 mm; the spheres reach at most 15 mm out of the shapes (ADR 0021).
     pub fn uncovered_spheres(&self) -> Vec<CollisionSphere> {
         let first = self.arm_joints.first().map_or(0, |joint| joint + 1);
         let links = self.links.iter().skip(first + 1);
@@ -111,7 +114,7 @@ fn obstacle(shape: &LinkShape) -> Obstacle {
     shape.shape.obstacle(shape.pose)
 }
 
-/// Points inside of a solid, and their depths (m).
+/// Points inside of a solid, with their depths (m).
 fn inside(solid: &Obstacle) -> Vec<(Point3<f64>, f64)> {
     let half = solid.half_extents().add_scalar(solid.radius);
     let mut found = Vec::new();
@@ -129,7 +132,7 @@ fn inside(solid: &Obstacle) -> Vec<(Point3<f64>, f64)> {
     found
 }
 
-/// From `-half` over 0 to `half`, [`SPACING_M`] apart at most.
+/// Steps from `-half` over 0 to `half`, at most [`SPACING_M`] apart.
 fn steps(half: f64) -> impl Iterator<Item = f64> + Clone {
     #[expect(
         clippy::cast_possible_truncation,
@@ -163,7 +166,7 @@ fn surface(shape: &LinkShape) -> Vec<Point3<f64>> {
     local.into_iter().map(|point| shape.pose * point).collect()
 }
 
-/// Of a box.
+/// Surface of a box.
 fn faces(half: Vector3<f64>) -> Vec<Point3<f64>> {
     let mut points = Vec::new();
     for axis in 0..3 {
@@ -181,7 +184,7 @@ fn faces(half: Vector3<f64>) -> Vec<Point3<f64>> {
     points
 }
 
-/// Of a ball whose halves are apart by twice `half` along z.
+/// Surface of a ball whose halves are `2 * half` apart along z.
 fn round(radius: f64, half: f64) -> Vec<Point3<f64>> {
     let mut points = Vec::new();
     for height in steps(radius) {
@@ -191,7 +194,7 @@ fn round(radius: f64, half: f64) -> Vec<Point3<f64>> {
     points
 }
 
-/// Of a cylinder without its ends.
+/// Surface of a cylinder without its ends.
 fn side(radius: f64, half: f64) -> Vec<Point3<f64>> {
     steps(half)
         .flat_map(|height| ring(radius, height))

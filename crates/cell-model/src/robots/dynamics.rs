@@ -1,9 +1,9 @@
-//! Inverse dynamics: the joint efforts that make the arm move as commanded.
+//! Inverse dynamics: the joint efforts for a commanded motion of the arm.
 //!
-//! Recursive Newton-Euler in the frames of the links (Luh, Walker and Paul 1980;
-//! Featherstone, "Rigid Body Dynamics Algorithms", chapter 5): velocities and
-//! accelerations outwards, forces inwards. The frame of a moving link has its joint
-//! axis as z; links that do not move against it are part of it.
+//! Recursive Newton-Euler in the frames of the links (Luh, Walker and Paul 1980; Featherstone,
+//! "Rigid Body Dynamics Algorithms", chapter 5): velocities and accelerations outwards, forces
+//! inwards. The frame of a moving link has its joint axis as z; links fixed to it are part of
+//! it.
 
 use nalgebra::Vector3;
 use rmp::JointKind;
@@ -11,9 +11,8 @@ use rmp::JointKind;
 use crate::robots::moving_link::{MovingLink, Turn, moving_links};
 use crate::robots::robot::Robot;
 
-/// Inverse dynamics of the controlled joints of one robot. Joints that follow one of them
-/// load its drive. Other joints (the fingers) are taken as standing at home; their masses
-/// count.
+/// Inverse dynamics of the controlled joints of one robot. Joints that follow one of them load
+/// its drive. Other joints (the fingers) count as fixed at home, with their masses.
 #[derive(Clone, Debug)]
 pub struct Dynamics {
     links: Vec<MovingLink>,
@@ -25,20 +24,20 @@ pub struct Dynamics {
 /// State of one link in its own frame during the recursion.
 #[derive(Clone, Debug, Default)]
 struct Motion {
-    /// Rotation to the frame of the link that carries it, and origin there (m).
+    /// Rotation to the frame of the parent link, and origin in it (m).
     rotation: Turn,
     offset: Vector3<f64>,
     spin: Vector3<f64>,
     turn: Vector3<f64>,
-    /// Of the link's origin, with gravity as an acceleration of the base.
+    /// Acceleration of the link's origin, with gravity as an acceleration of the base.
     acceleration: Vector3<f64>,
     force: Vector3<f64>,
-    /// About the link's origin.
+    /// Torque about the link's origin.
     torque: Vector3<f64>,
 }
 
 impl Dynamics {
-    /// Prepares the recursion; afterwards nothing is allocated.
+    /// Prepares the recursion; later calls do not allocate.
     pub fn new(robot: &Robot) -> Self {
         let links = moving_links(robot);
         Self {
@@ -48,10 +47,10 @@ impl Dynamics {
         }
     }
 
-    /// Efforts of the controlled joints (N·m or N) for their positions,
-    /// velocities and accelerations, with gravity in the base frame (m/s²):
-    /// gravity, Coriolis and inertial terms, rotor inertia and gear friction.
-    /// Missing entries count as zero, surplus ones are ignored.
+    /// Efforts of the controlled joints (N·m or N) for their positions, velocities and
+    /// accelerations, with gravity in the base frame (m/s²). They include gravity, Coriolis and
+    /// inertial terms, rotor inertia and gear friction. Missing entries count as zero; surplus
+    /// ones are ignored.
     pub fn inverse_dynamics(
         &mut self,
         positions: &[f64],
@@ -59,6 +58,7 @@ impl Dynamics {
         accelerations: &[f64],
         gravity: &Vector3<f64>,
     ) -> &[f64] {
+        // Gravity as an upward acceleration of the base saves a term for each link.
         let base = Motion {
             acceleration: -gravity,
             ..Motion::default()
@@ -92,8 +92,9 @@ impl Dynamics {
         &self.efforts
     }
 
-    /// [`Dynamics::inverse_dynamics`] at rest: the efforts that carry the arm (N·m or N)
-    /// at positions of the controlled joints, with gravity in the base frame (m/s²).
+    /// [`Dynamics::inverse_dynamics`] at rest: the efforts that carry the arm (N·m or N) at
+    /// positions of the controlled joints, with gravity in the base frame (m/s²). A path of its
+    /// own, because physics computes it in every tick (ADR 0006).
     pub fn gravity_efforts(&mut self, positions: &[f64], gravity: &Vector3<f64>) -> &[f64] {
         for (index, link) in self.links.iter().enumerate() {
             let (before, rest) = self.motion.split_at_mut(index);
@@ -102,7 +103,7 @@ impl Dynamics {
                 motion.place(link, link.position(positions));
                 let down = parent.map_or(-gravity, |parent| parent.acceleration);
                 motion.acceleration = motion.rotation.back(&down);
-                // Mass times centre of mass of the link and all it carries.
+                // Mass times centre of mass of the link and of all links that it carries.
                 motion.force = link.moment;
             }
         }
@@ -125,7 +126,7 @@ impl Dynamics {
 }
 
 impl Motion {
-    /// Puts the link where its joint is at `position` (rad or m).
+    /// Sets the pose of the link for its joint at `position` (rad or m).
     fn place(&mut self, link: &MovingLink, position: f64) {
         (self.rotation, self.offset) = (link.rotation, link.origin);
         match link.kind {
@@ -134,7 +135,8 @@ impl Motion {
         }
     }
 
-    /// Motion of the link, and what its mass asks for, from those of what carries it.
+    /// Motion of the link from that of its parent, and the force and torque that its mass
+    /// needs.
     fn outwards(&mut self, link: &MovingLink, parent: &Self, (rate, change): (f64, f64)) {
         let turn_in = |v: &Vector3<f64>| self.rotation.back(v);
         let carried = parent.acceleration

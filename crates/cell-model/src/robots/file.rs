@@ -1,4 +1,4 @@
-//! `robots/NAME/robot.toml`: what a URDF cannot say.
+//! `robots/NAME/robot.toml`: data of a robot that a URDF does not have.
 
 use serde::Deserialize;
 
@@ -68,6 +68,7 @@ pub(crate) fn parse(file: &str, text: &str) -> Result<RobotFile, ModelError> {
     let robot: RobotFile = toml_text::parse(file, text)?;
     let checker = Checker { file, text };
     let joints = robot.arm.joints.len();
+    // A state has room for this many joints (`ipc_types::MAX_JOINTS`).
     if joints == 0 || joints > ipc_types::MAX_JOINTS {
         return Err(checker.refuse(
             "arm.joints",
@@ -191,12 +192,13 @@ impl Checker<'_> {
     }
 
     fn suction(&self, suction: &SuctionTable, has_fingers: bool) -> Result<(), ModelError> {
+        // Both would command one gripper with two meanings of open and close.
         if has_fingers {
             let allowed = "a robot has fingers or suction; remove [gripper] or [suction]";
             return Err(self.refuse("suction", "given beside gripper", allowed.to_owned()));
         }
         let length = nalgebra::Vector3::from(suction.axis).norm();
-        // A range contains no NaN.
+        // `contains` refuses NaN as well.
         if !(0.999..=1.001).contains(&length) {
             let [x, y, z] = suction.axis;
             let allowed = "a direction of length 1 in the TCP frame is needed, out of the cup";

@@ -1,4 +1,4 @@
-//! Builds a [`Robot`] from its files.
+//! Creates a [`Robot`] from its files.
 
 use nalgebra::Vector3;
 
@@ -13,10 +13,10 @@ use crate::robots::xrdf;
 use crate::{suggest, toml_text};
 
 impl Robot {
-    /// A robot of the data directory, for instance `panda`.
+    /// Loads a robot of the data directory, for example `panda`.
     ///
     /// # Errors
-    /// [`ModelError`] where a file is missing or wrong.
+    /// Returns [`ModelError`] for a file that is missing or wrong.
     pub fn load(data: &Data, name: &str) -> Result<Self, ModelError> {
         let dir = format!("robots/{name}");
         let file = format!("{dir}/robot.toml");
@@ -36,6 +36,7 @@ impl Robot {
             urdf,
         }
         .finish()?;
+        // After the chain, to whose joints and links its names refer.
         let (xrdf_file, text) = part(&table.xrdf)?;
         let xrdf = xrdf::parse(&xrdf_file, &text)?;
         robot.take_xrdf(&xrdf_file, &xrdf)?;
@@ -145,6 +146,7 @@ impl Loader<'_> {
                 self.urdf.chain.joints()[joint].lower,
                 self.urdf.chain.joints()[joint].upper,
             );
+            // Checked here and not with the ranges: the limits are those of the URDF.
             if !(lower..=upper).contains(home) {
                 let key = format!("arm.home_joint_positions.{index}");
                 return Err(ModelError::value(
@@ -158,7 +160,7 @@ impl Loader<'_> {
         Ok(joints)
     }
 
-    /// The lists of the file have one entry per controlled joint (checked).
+    /// Copies the lists of the file, which have one entry for each controlled joint (checked).
     fn apply_arm(&self, specs: &mut [JointSpec], arm_joints: &[usize]) {
         let arm = &self.table.arm;
         for (index, &joint) in arm_joints.iter().enumerate() {
@@ -214,22 +216,21 @@ fn suction(table: &SuctionTable) -> SuctionGripper {
     }
 }
 
-/// Of a drive with that effort (N·m or N): see [`plain_specs`].
+/// Stiffness of a drive with that effort (N·m or N): see [`plain_specs`].
 pub(crate) fn stiffness(effort: f64) -> f64 {
     (50.0 * effort).clamp(500.0, 10_000.0)
 }
 
-/// Velocity of a joint that states none: one that turns (rad/s), one that slides (m/s).
+/// Velocity of a joint without a limit: revolute (rad/s) and prismatic (m/s).
 pub(crate) const TURN_VELOCITY: f64 = 1.0;
 pub(crate) const SLIDE_VELOCITY: f64 = 0.1;
-/// Effort of a joint that states none (N·m or N).
+/// Effort of a joint without a limit (N·m or N).
 pub(crate) const EFFORT: f64 = 100.0;
 
-/// What a joint gets by default, in the units of [`JointSpec`].
-/// Limits come from the URDF; where it says nothing: 1 rad/s (0.1 m/s), 100 N·m,
-/// 10 rad/s² and 500 rad/s³, a careful industrial arm. The drive is as stiff as
-/// 50 times its effort per radian, within 500 to 10,000, and damped by a tenth
-/// of that per rad/s, the ratio of the published Panda gains.
+/// Default data of joints, in the units of [`JointSpec`]. Limits are those of the URDF, or, if
+/// it has none, 1 rad/s (0.1 m/s), 100 N·m, 10 rad/s² and 500 rad/s³: a careful industrial arm.
+/// The stiffness of a drive is 50 times its effort per radian, from 500 to 10,000, and its
+/// damping a tenth of that per rad/s, the ratio of the published Panda gains.
 pub(crate) fn plain_specs(urdf: &UrdfRobot) -> Vec<JointSpec> {
     let joints = urdf.chain.joints().iter().zip(&urdf.limits);
     joints

@@ -1,8 +1,8 @@
 //! Isaac Sim's files of a robot: `config.json`, which names the others, and the robot
-//! description of Lula, which says what an XRDF says.
+//! description of Lula, with the content of an XRDF.
 //!
-//! A description has no section about self-collision. A sphere with a radius of zero or
-//! less is switched off, as in Isaac Sim.
+//! A description has no section about self-collision. A sphere with a radius of zero or less is
+//! switched off, as in Isaac Sim.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -17,7 +17,7 @@ use crate::robots::rmpflow::yaml;
 use crate::robots::user::RobotFiles;
 use crate::robots::xrdf::{ACCELERATION, JERK, Reader, Sphere, Xrdf};
 
-/// Keys of which every description has one, and no XRDF has any.
+/// Keys of which every description has one, and that no XRDF has.
 const OWN_KEYS: [&str; 3] = ["default_q:", "collision_spheres:", "cspace_to_urdf_rules:"];
 
 #[derive(Deserialize)]
@@ -32,7 +32,7 @@ struct AssetPaths {
     description: PathBuf,
     #[serde(rename = "urdf_path")]
     urdf: PathBuf,
-    /// Without it a robot has the general tuning.
+    /// `None`: the general tuning.
     #[serde(rename = "rmpflow_config_path", default)]
     rmpflow: Option<PathBuf>,
 }
@@ -64,7 +64,7 @@ struct Description {
     collision_spheres: Option<Vec<BTreeMap<String, Vec<Sphere>>>>,
 }
 
-/// Where a joint stands that is not controlled.
+/// Position of a joint that is not controlled.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Rule {
@@ -74,17 +74,17 @@ struct Rule {
     value: f64,
 }
 
-/// Whether a text is a description of Lula rather than an XRDF.
+/// Whether a text is a description of Lula and not an XRDF.
 pub(crate) fn is_description(text: &str) -> bool {
     text.lines()
         .any(|line| OWN_KEYS.iter().any(|key| line.starts_with(key)))
 }
 
-/// The files that a `config.json` names, with its tool frame. Its other keys say how
-/// Isaac Sim calls the controller, and are not used.
+/// The files that a `config.json` names, with its tool frame. Its other keys are parameters of
+/// Isaac Sim's controller, and are not used.
 ///
 /// # Errors
-/// [`ModelError`] where the file is missing, no JSON, or lacks a key.
+/// Returns [`ModelError`] if the file is missing, not JSON, or lacks a key.
 pub(crate) fn read_config(path: &Path) -> Result<RobotFiles, ModelError> {
     let (file, text) = read(path)?;
     config(&file, &text, path.parent().unwrap_or(Path::new("")))
@@ -108,7 +108,7 @@ fn config(file: &str, text: &str, dir: &Path) -> Result<RobotFiles, ModelError> 
 /// Reads a robot description. `file` is the name used in errors.
 ///
 /// # Errors
-/// [`ModelError`] for bad YAML, a missing or unknown key, and numbers that are not
+/// Returns [`ModelError`] for bad YAML, a missing or unknown key, and numbers that are not
 /// finite, out of range, or not one for each joint.
 pub(crate) fn parse(file: &str, text: &str) -> Result<Xrdf, ModelError> {
     let read: Description = yaml::parse(file, text)?;
@@ -163,6 +163,7 @@ fn spheres(
     let mut spheres = Vec::new();
     for (frame, list) in links.into_iter().flatten() {
         for (index, mut sphere) in list.into_iter().enumerate() {
+            // Zero before the check of ranges, which refuses negative radii; then left out.
             if sphere.radius <= 0.0 {
                 sphere.radius = 0.0;
             }

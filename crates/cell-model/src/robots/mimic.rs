@@ -1,8 +1,8 @@
 //! Joints that copy another one (`mimic`): the bars of a parallelogram, coupled sections of a
 //! telescope, the second finger of a hand.
 //!
-//! Such a joint has no position of its own. Its range is part of the range of the joint that
-//! it follows, and a configuration of an arm has no entry for it.
+//! Such a joint has no position of its own. Its range is limited by that of the joint that it
+//! follows, and a configuration of an arm has no entry for it.
 
 use std::collections::BTreeMap;
 
@@ -14,16 +14,19 @@ use crate::robots::robot::Robot;
 use crate::robots::urdf::UrdfLimits;
 use crate::robots::urdf_clean::Lines;
 
-/// Least part of its range that a joint keeps where those that follow it have limits, too.
+/// Smallest share of its range that a followed joint keeps; with less the limits of its
+/// followers are ignored.
 const LEAST_RANGE: f64 = 0.01;
 
-/// By name of a joint: the one that it follows and that follows none itself.
+/// By name of a joint: the joint that it follows and that follows none itself, with multiplier
+/// and offset.
 pub(super) type Followed<'a> = BTreeMap<&'a str, (&'a str, f64, f64)>;
 
-/// Finds the joint that moves each joint that copies another one, over several of them.
+/// Finds the joint that moves each joint that copies another one, over several steps.
 ///
 /// # Errors
-/// [`ModelError::Value`] with the line of a joint that copies itself, or one of a circle.
+/// Returns [`ModelError::Value`] with the line of a joint that copies itself, or of one in a
+/// circle.
 pub(super) fn resolve<'a>(
     file: &str,
     lines: &Lines,
@@ -42,6 +45,7 @@ pub(super) fn resolve<'a>(
         while let Some(mimic) = next {
             offset += multiplier * mimic.offset.unwrap_or(0.0);
             multiplier *= mimic.multiplier.unwrap_or(1.0);
+            // A circle would never end this loop.
             let is_known = way.contains(&mimic.joint.as_str());
             way.push(&mimic.joint);
             if is_known {
@@ -57,7 +61,7 @@ pub(super) fn resolve<'a>(
 
 fn circle(file: &str, lines: &Lines, way: &[&str]) -> ModelError {
     let name = way.last().copied().unwrap_or_default();
-    // Joints before the circle only lead to it.
+    // The joints before the circle only lead to it.
     let begin = way.iter().position(|one| *one == name).unwrap_or(0);
     let key = format!("joint '{name}': mimic");
     let (value, allowed) = match &way[begin..] {
@@ -74,8 +78,8 @@ fn circle(file: &str, lines: &Lines, way: &[&str]) -> ModelError {
     ModelError::value(place, key, value, allowed)
 }
 
-/// Joins `joints` as `followed` says: a joint that is followed gets the limits of position
-/// and motion of those that follow it. `kinds` are the types in the file. Returns warnings.
+/// Couples `joints` according to `followed`: a joint that is followed gets the limits of
+/// position and motion of its followers. `kinds` are the types in the file. Returns warnings.
 pub(super) fn couple(
     (file, lines): (&str, &Lines),
     followed: &Followed<'_>,
@@ -102,7 +106,7 @@ pub(super) fn couple(
         let both = (range.0.max(own.0), range.1.min(own.1));
         let least = LEAST_RANGE * (range.1 - range.0).min(own.1 - own.0);
         if kinds[index] == JointType::Continuous {
-            // It has no limits.
+            // A continuous joint has no limits.
         } else if both.1 - both.0 >= least {
             (joints[joint].lower, joints[joint].upper) = both;
         } else {
@@ -115,6 +119,7 @@ pub(super) fn couple(
         }
         slow(limits, index, &mimic);
     }
+    // In a second pass: a followed joint has its final range only after all of its followers.
     for index in 0..joints.len() {
         if let Some(mimic) = joints[index].mimic {
             let followed = &joints[mimic.joint];
@@ -126,14 +131,14 @@ pub(super) fn couple(
     warnings
 }
 
-/// The positions of the joint that is followed at which the other one is in `range`.
+/// The positions of the followed joint at which its follower is in `range`.
 fn before(mimic: &Mimic, range: (f64, f64)) -> (f64, f64) {
     let back = |end: f64| (end - mimic.offset) / mimic.multiplier;
     let (a, b) = (back(range.0), back(range.1));
     (a.min(b), a.max(b))
 }
 
-/// The joint that is followed moves no faster than the limits of joint `index` allow.
+/// Limits the followed joint to the speed that the limits of joint `index` allow.
 fn slow(limits: &mut [UrdfLimits], index: usize, mimic: &Mimic) {
     let per = mimic.multiplier.abs();
     let own = limits[index];
@@ -148,15 +153,15 @@ fn slow(limits: &mut [UrdfLimits], index: usize, mimic: &Mimic) {
     of.jerk = least(of.jerk, own.jerk);
 }
 
-/// Position of the joint that follows, for one of the joint that is followed (rad or m).
+/// Position of the follower for a position of the followed joint (rad or m).
 pub(crate) fn mimic_at(mimic: &Mimic, position: f64) -> f64 {
     mimic.multiplier * position + mimic.offset
 }
 
-/// `joint`, which a file names as controlled, where it does not copy another one.
+/// Returns `joint`, which a file names as controlled, if it does not copy another one.
 ///
 /// # Errors
-/// [`ModelError::Value`] at `place`.
+/// Returns [`ModelError::Value`] at `place` if it does.
 pub(super) fn controllable(
     chain: &rmp::Chain,
     joint: usize,
@@ -175,8 +180,8 @@ pub(super) fn controllable(
 }
 
 impl Robot {
-    /// Joints that follow a controlled one: their index in the chain, place of the
-    /// controlled joint in the arm, and how they follow.
+    /// Followers of controlled joints: index in the chain, index of the controlled joint in the
+    /// arm, and the coupling.
     pub fn followers(&self) -> impl Iterator<Item = (usize, usize, Mimic)> {
         let joints = self.chain.joints().iter().enumerate();
         joints.filter_map(|(index, joint)| {
@@ -186,8 +191,8 @@ impl Robot {
         })
     }
 
-    /// Writes positions of the controlled joints, and of those that follow them, into
-    /// positions of all joints of the chain (rad or m). Missing entries stay.
+    /// Writes positions of the controlled joints, and of their followers, into positions of all
+    /// joints of the chain (rad or m). Missing entries keep their values.
     pub fn place_arm(&self, arm: &[f64], all: &mut [f64]) {
         for (&index, position) in self.arm_joints.iter().zip(arm) {
             if let Some(slot) = all.get_mut(index) {
@@ -201,7 +206,7 @@ impl Robot {
         }
     }
 
-    /// Puts each joint that copies another one to where the home of the other one puts it.
+    /// Sets the home position of each follower to that of its followed joint.
     pub(crate) fn place_copies(&mut self) {
         for (index, joint) in self.chain.joints().iter().enumerate() {
             if let Some(mimic) = joint.mimic {

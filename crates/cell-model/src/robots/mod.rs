@@ -1,4 +1,4 @@
-//! What a robot is: its description, the files it is read from, its dynamics.
+//! Robots: their description, the files that they are read from, their dynamics.
 
 pub mod cover;
 pub mod dynamics;

@@ -1,5 +1,5 @@
-//! What motion policies need to know of a robot beyond its kinematics: default
-//! posture, collision spheres and tuning.
+//! The data that motion policies need beyond kinematics: default posture, collision spheres and
+//! tuning.
 
 use std::collections::BTreeMap;
 
@@ -12,20 +12,20 @@ use crate::robots::robot::Robot;
 use crate::robots::xrdf::Xrdf;
 use crate::suggest;
 
-/// The tuning a robot gets that brings none: NVIDIA's published one of the
-/// Panda, which is gentle, without the Panda's own body.
+/// The tuning of a robot without one: NVIDIA's published one of the Panda, which is gentle,
+/// without the Panda's own body.
 const GENERAL_TUNING: &str = include_str!("general_rmpflow.yaml");
-/// Distance kept from joint limits where no tuning says one, by a joint with a range of
-/// [`WIDE`] or more (rad or m). With a narrower one it is the same part of the range.
+/// Distance to joint limits without a tuning, for a joint with a range of at least [`WIDE`]
+/// (rad or m). A narrower one keeps the same share of its range.
 const BUFFER: f64 = 0.01;
 const WIDE: f64 = 2.0;
 
 impl Robot {
-    /// Motion policies for this robot among up to `obstacle_capacity` obstacles,
-    /// at rest in its default configuration, without a target frame.
+    /// Motion policies for this robot with up to `obstacle_capacity` obstacles, at rest in its
+    /// default configuration, without a target frame.
     ///
     /// # Errors
-    /// [`SetupError`] where spheres or tuning do not fit the robot.
+    /// Returns [`SetupError`] if spheres or tuning do not fit the robot.
     pub fn motion_policies(&self, obstacle_capacity: usize) -> Result<RmpFlow, SetupError> {
         let names = self.arm_joint_names();
         let joints = self.chain.joints().iter().map(|joint| joint.name.clone());
@@ -52,8 +52,8 @@ impl Robot {
         })
     }
 
-    /// Takes default positions, spheres and, by joint name, limits from an XRDF
-    /// called `file`. The controlled joints and the tool stay as they are.
+    /// Takes default positions, spheres and, by joint name, limits from an XRDF called `file`.
+    /// The controlled joints and the tool stay the same.
     pub(crate) fn take_xrdf(&mut self, file: &str, xrdf: &Xrdf) -> Result<(), ModelError> {
         for (name, &position) in &xrdf.default_joint_positions {
             let joint = self.known_joint(file, name)?;
@@ -77,7 +77,7 @@ impl Robot {
         Ok(())
     }
 
-    /// Lets the arm keep away from itself: as the XRDF says, or, where it says nothing, with
+    /// Sets the spheres that keep the arm away from itself: those of the XRDF, or, without any,
     /// the spheres against the world.
     pub(crate) fn take_self_collision(
         &mut self,
@@ -88,6 +88,8 @@ impl Robot {
             self.known_frame(file, &sphere.frame)?;
         }
         if xrdf.self_spheres.is_empty() {
+            // The published spheres of neighbouring links overlap; such pairs would push for
+            // ever.
             self.self_ignore = self.pairs_that_may_touch(&self.spheres);
             self.self_spheres.clone_from(&self.spheres);
         } else {
@@ -129,12 +131,13 @@ impl Robot {
         tuning.joint_limit_buffers = ranges
             .map(|range| BUFFER * (range / WIDE).min(1.0))
             .collect();
+        // Bodies of the Panda: another robot has other links.
         tuning.body_capsules.clear();
         tuning.body_collision_controllers.clear();
         Ok(tuning)
     }
 
-    /// The first tool frame the XRDF names becomes the tool centre point.
+    /// Makes the first tool frame of the XRDF the tool centre point.
     pub(crate) fn take_tool(&mut self, file: &str, xrdf: &Xrdf) -> Result<(), ModelError> {
         if let Some(name) = xrdf.tool_frames.first() {
             self.tcp_frame = self.known_frame(file, name)?;
@@ -175,7 +178,7 @@ impl Robot {
     }
 }
 
-/// Reads a user's file.
+/// Reads a file of the user; returns its name and text.
 pub(crate) fn read(path: &std::path::Path) -> Result<(String, String), ModelError> {
     Ok((path.display().to_string(), data::read_text(path)?))
 }

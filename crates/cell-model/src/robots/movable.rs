@@ -1,4 +1,5 @@
-//! Whether a target can move the tip: a robot that loads and then does not move has to say why.
+//! Whether a target can move the tip: a robot that loads and then does not move has to report
+//! the reason.
 
 use nalgebra::Vector3;
 
@@ -7,40 +8,40 @@ use crate::robots::robot::Robot;
 use crate::robots::urdf::independent;
 use crate::robots::user::MOST_CANDIDATES;
 
-/// Configurations that are tried.
+/// Number of configurations that are tried.
 const TRIALS: usize = 32;
-/// A tip that moves by less than this does not move for anyone who looks at it (m).
+/// A tip that moves by less than this does not move visibly (m).
 const LEAST_WAY: f64 = 1.0e-3;
-/// A tip that needs longer for [`LEAST_WAY`] seems not to move (s).
+/// A tip that needs longer than this for [`LEAST_WAY`] seems not to move (s).
 const LONGEST: f64 = 1.0;
 /// Step of the difference quotients (rad or m).
 const STEP: f64 = 1.0e-6;
-/// A joint that moves the tip by less does not move it (m/rad or m/m).
+/// A joint that moves the tip by less than this does not move it (m/rad or m/m).
 const LEAST_GAIN: f64 = 1.0e-6;
 
-/// How a user says where the arm ends.
+/// How a user defines the end of the arm.
 #[derive(Clone, Copy)]
 pub(crate) enum TipOption {
-    /// On the command line; the arm then has the joints before that link.
+    /// On the command line; the arm has the joints before that link.
     Flag,
-    /// In a file or on the command line; the joints are named by the file.
+    /// In a file or on the command line; the file names the joints.
     FlagOnly,
-    /// In `robot.toml`; the joints are named by the file.
+    /// In `robot.toml`; the file names the joints.
     Key,
 }
 
-/// What one joint does to the tip, the most over the configurations tried.
+/// Effect of one joint on the tip, the largest over the configurations tried.
 #[derive(Clone, Copy, Default)]
 struct Effect {
-    /// m/rad or m/m.
+    /// Motion of the tip per motion of the joint (m/rad or m/m).
     gain: f64,
-    /// Between two positions of its range (m).
+    /// Distance between two positions of its range (m).
     way: f64,
 }
 
 impl Robot {
-    /// Warns where no target can move the tip: the joints turn about axes through it, are not
-    /// before it or have no range; the limits are next to zero; the tuning has no pull.
+    /// Warns if no target can move the tip: the joints turn about axes through it, are not
+    /// before it or have no range; the limits are near zero; the tuning has no pull.
     pub(crate) fn warn_if_tip_stays(&mut self, file: &str, option: TipOption) {
         let effects = self.effects();
         let way: f64 = effects.iter().map(|effect| effect.way).sum();
@@ -68,12 +69,15 @@ impl Robot {
 
     fn effects(&self) -> Vec<Effect> {
         let mut effects = vec![Effect::default(); self.arm_joints.len()];
+        // A fixed seed: the same robot has the same warnings in every process and run.
         let mut random = Random::new(2);
         for _ in 0..TRIALS {
             let mut arm = self.anywhere(&mut random);
             let other = self.anywhere(&mut random);
             let at = self.tip_at(&arm);
             for (joint, effect) in effects.iter_mut().enumerate() {
+                // One joint at a time, put back afterwards: the effects are those of single
+                // joints.
                 let kept = arm[joint];
                 arm[joint] = kept + STEP;
                 let gain = (self.tip_at(&arm) - at).norm() / STEP;
@@ -122,7 +126,7 @@ impl Robot {
         independent(&self.chain, &path)
     }
 
-    /// What to do: the links that would move as the tip.
+    /// Advice: the links that would move as the tip.
     fn other_tips(&self, option: TipOption, is_narrow: bool) -> String {
         let how = match option {
             TipOption::Flag | TipOption::FlagOnly => "`--tip LINK`",
@@ -142,7 +146,7 @@ impl Robot {
         )
     }
 
-    /// Links of which the position changes with the controlled joints, or with all.
+    /// Links whose position changes with the controlled joints, or with all joints.
     fn moving_links(&self, all: bool) -> Vec<&str> {
         let joints = self.chain.joints();
         let mut random = Random::new(3);
@@ -176,7 +180,7 @@ impl Robot {
         moving.map(|(frame, _)| frame.name.as_str()).collect()
     }
 
-    /// A warning where the limits of motion let the tip move by [`LEAST_WAY`] only after
+    /// A warning if the limits of motion let the tip move by [`LEAST_WAY`] only after
     /// [`LONGEST`], from rest and with the fastest joint alone.
     fn slow(&self, effects: &[Effect]) -> Option<String> {
         let most = self.rmpflow.canonical_resolve.max_acceleration_norm;
@@ -184,6 +188,8 @@ impl Robot {
             let way = LEAST_WAY / effect.gain;
             let by_velocity = way / spec.velocity;
             let by_acceleration = (2.0 * way / spec.acceleration.min(most)).sqrt();
+            // The slowest of the three limits decides: each of them alone allows the motion in
+            // its time.
             by_velocity
                 .max(by_acceleration)
                 .max((6.0 * way / spec.jerk).cbrt())
@@ -207,8 +213,8 @@ impl Robot {
         ))
     }
 
-    /// A warning where the tip has a line or a surface to move on, and not the space: what
-    /// is nearest to a target may be where it is.
+    /// A warning if the tip can move on a line or a surface only: its present place may be the
+    /// nearest to a target.
     fn confined(&self) -> Option<String> {
         let path = match self.open_directions() {
             3 => return None,

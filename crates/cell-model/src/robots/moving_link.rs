@@ -6,7 +6,7 @@ use rmp::JointKind;
 use crate::robots::robot::{Robot, joint_motion};
 use crate::shape::Link;
 
-/// A rotation by its columns. The general products of matrices take several times as long.
+/// A rotation by its columns. General products of matrices take several times as long.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Turn(pub(crate) [Vector3<f64>; 3]);
 
@@ -16,19 +16,19 @@ impl Turn {
         Self([0, 1, 2].map(|column| matrix.matrix().column(column).into_owned()))
     }
 
-    /// A turn about z, then this one.
+    /// The rotation by `angle` about z, followed by this one.
     pub(crate) fn about_z(&self, angle: f64) -> Self {
         let (sin, cos) = libm::sincos(angle);
         let [x, y, z] = self.0;
         Self([x * cos + y * sin, y * cos - x * sin, z])
     }
 
-    /// `v` in the frame this one turns to.
+    /// `v` of the turned frame, in the outer frame.
     pub(crate) fn out(&self, v: &Vector3<f64>) -> Vector3<f64> {
         self.0[0] * v.x + self.0[1] * v.y + self.0[2] * v.z
     }
 
-    /// `v` of that frame in the frame that is turned.
+    /// `v` of the outer frame, in the turned frame.
     pub(crate) fn back(&self, v: &Vector3<f64>) -> Vector3<f64> {
         let [x, y, z] = &self.0;
         Vector3::new(x.dot(v), y.dot(v), z.dot(v))
@@ -40,7 +40,7 @@ impl Turn {
 pub(crate) struct Inertia([f64; 6]);
 
 impl Inertia {
-    /// Times `v`.
+    /// The product with `v`.
     pub(crate) fn times(&self, v: &Vector3<f64>) -> Vector3<f64> {
         let [xx, yy, zz, xy, xz, yz] = self.0;
         Vector3::new(
@@ -58,30 +58,31 @@ impl Inertia {
     }
 }
 
-/// A link that moves with a controlled joint, with all that is fixed to it. Its frame has
-/// the joint axis as z, and its origin on it.
+/// A link that moves with a controlled joint, with all links fixed to it. Its frame has the
+/// joint axis as z, and its origin on it.
 #[derive(Clone, Debug)]
 pub(crate) struct MovingLink {
     /// The moving link that carries it; `None` for the base.
     pub(crate) parent: Option<usize>,
     pub(crate) kind: JointKind,
-    /// Place of the controlled joint in the arm.
+    /// Index of the controlled joint in the arm.
     pub(crate) place: usize,
-    /// Motion of the joint for one of the controlled joint, and its position at zero.
+    /// Motion of the joint per motion of the controlled joint, and its position at zero of
+    /// that.
     pub(crate) ratio: f64,
     offset: f64,
     /// Rotor inertia and gear friction.
     pub(crate) drive: (f64, f64),
-    /// At position zero: rotation to the frame of the parent, and origin there (m).
+    /// At position zero: rotation to the frame of the parent, and origin in it (m).
     pub(crate) rotation: Turn,
     pub(crate) origin: Vector3<f64>,
-    /// kg.
+    /// Mass (kg).
     pub(crate) mass: f64,
     /// Mass times centre of mass (kg·m).
     pub(crate) moment: Vector3<f64>,
-    /// About the origin.
+    /// About the origin (kg·m²).
     pub(crate) inertia: Inertia,
-    /// Its mass and those of all moving links it carries (kg).
+    /// Its mass, and those of all moving links that it carries (kg).
     pub(crate) carried_mass: f64,
 }
 
@@ -91,18 +92,19 @@ impl MovingLink {
         self.ratio * values.get(self.place).copied().unwrap_or(0.0)
     }
 
-    /// Its position for those of the controlled joints (rad or m).
+    /// Its position for positions of the controlled joints (rad or m).
     pub(crate) fn position(&self, positions: &[f64]) -> f64 {
         self.share(positions) + self.offset
     }
 
-    /// Makes `body`, whose frame is at `pose`, part of it.
+    /// Adds `body`, whose frame is at `pose`.
     fn add(&mut self, body: &Link, pose: &Isometry3<f64>) {
         let turn = pose.rotation.to_rotation_matrix();
         let center = (pose * nalgebra::Point3::from(body.center_of_mass)).coords;
         self.mass += body.mass;
         self.moment += center * body.mass;
         let own = turn.matrix() * body.inertia * turn.matrix().transpose();
+        // The parallel axis theorem: from the centre of mass to the origin.
         let apart = Matrix3::identity() * center.norm_squared() - center * center.transpose();
         self.inertia.add(&(own + apart * body.mass));
     }
@@ -111,7 +113,7 @@ impl MovingLink {
 /// The moving links of a robot, each after the one that carries it.
 pub(crate) fn moving_links(robot: &Robot) -> Vec<MovingLink> {
     let mut links: Vec<MovingLink> = Vec::new();
-    // By joint of the chain: the moving link its child is part of, and its pose there.
+    // By joint of the chain: the moving link that its child is part of, and its pose there.
     let mut parts: Vec<(Option<usize>, Isometry3<f64>)> = Vec::new();
     for (index, joint) in robot.chain.joints().iter().enumerate() {
         let base = (None, Isometry3::identity());
@@ -148,6 +150,7 @@ pub(crate) fn moving_links(robot: &Robot) -> Vec<MovingLink> {
         }
         parts.push(part);
     }
+    // From the tips to the base: a link's carried mass is complete before its parent needs it.
     for index in (0..links.len()).rev() {
         links[index].carried_mass += links[index].mass;
         if let Some(parent) = links[index].parent {
@@ -157,8 +160,8 @@ pub(crate) fn moving_links(robot: &Robot) -> Vec<MovingLink> {
     links
 }
 
-/// How a joint of the chain moves with a controlled one: its place in the arm, ratio and
-/// offset; `None` where it stays at home.
+/// Coupling of a joint of the chain to a controlled one: index in the arm, ratio and offset;
+/// `None` if it stays at home.
 fn moved(robot: &Robot, joint: usize) -> Option<(usize, f64, f64)> {
     let mut followers = robot.followers();
     let follows = followers.find(|(follower, ..)| *follower == joint);
@@ -171,6 +174,7 @@ fn moved(robot: &Robot, joint: usize) -> Option<(usize, f64, f64)> {
 
 /// Turns z to `axis`.
 fn from_z(axis: &Vector3<f64>) -> UnitQuaternion<f64> {
+    // Opposite axes have no unique rotation between them; half a turn about x is one.
     UnitQuaternion::rotation_between(&Vector3::z(), axis).unwrap_or_else(|| {
         UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
     })

@@ -1,4 +1,4 @@
-//! What a URDF alone lacks to be moved: a home pose from which every direction is open, and
+//! Data that a URDF lacks for motion: a home pose from which every direction is open, and
 //! drives that carry the arm.
 
 use nalgebra::{Matrix3, Vector3};
@@ -9,35 +9,34 @@ use crate::robots::load::stiffness;
 use crate::robots::robot::Robot;
 use crate::robots::urdf::UrdfLimits;
 
-/// Poses that are tried.
+/// Number of poses that are tried.
 const TRIALS: usize = 64;
-/// How far from zero a joint of the home pose may be (rad or m).
+/// Largest distance from zero of a joint in the home pose (rad or m).
 const BEND: f64 = 0.6;
-/// Part of a joint's range that the home pose keeps from either limit.
+/// Share of a joint's range that the home pose keeps from either limit.
 const MARGIN: f64 = 0.05;
 /// Step of the difference quotients (rad or m).
 const STEP: f64 = 1.0e-6;
-/// A direction in which the tool moves by less is not open (m/rad or m/m).
+/// A direction in which the tool moves by less than this is not open (m/rad or m/m).
 const LEAST_GAIN: f64 = 1.0e-4;
-/// Downwards (m/s²).
+/// Gravity along z (m/s²).
 const GRAVITY: f64 = -9.81;
-/// A drive has to hold the arm so often at least; one that cannot is given `STRONG` times
-/// what is needed.
+/// Smallest factor by which a drive has to hold the arm; one that does not gets [`STRONG`]
+/// times the effort that is needed.
 const ENOUGH: f64 = 1.2;
 const STRONG: f64 = 3.0;
 
-/// Stiffness of a drive for each kg·m² (or kg) that it moves (1/s²). Its damping is a tenth of
-/// that, so that the load settles without swinging: 0.1 sqrt(400) / 2 = 1.
+/// Stiffness of a drive per kg·m² (or kg) that it moves (1/s²). Its damping is a tenth of that,
+/// so that the load settles without swinging: 0.1 sqrt(400) / 2 = 1.
 const STIFFNESS_OF_INERTIA: f64 = 400.0;
 
-/// What one joint moves.
+/// The load of one joint.
 #[derive(Clone, Copy, Default)]
 struct Load {
-    /// Effort against gravity alone, and while the joint accelerates as fast as it may (N·m or
-    /// N).
+    /// Effort against gravity alone, and while the joint accelerates at its limit (N·m or N).
     holding: f64,
     moving: f64,
-    /// kg·m² or kg.
+    /// Inertia (kg·m² or kg).
     inertia: f64,
 }
 
