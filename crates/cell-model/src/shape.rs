@@ -1,5 +1,5 @@
-//! Shapes of links, objects and fixtures. Every shape is centred on its frame;
-//! round ones stand along z, bins open towards z.
+//! Shapes of links, objects and fixtures. Every shape is centred on its frame; the axis of
+//! round ones is z, and bins open towards z.
 
 use nalgebra::{Isometry3, Matrix3, Translation3, Vector3};
 use rmp::Obstacle;
@@ -53,8 +53,8 @@ pub struct Panel {
 }
 
 impl Shape {
-    /// Floor, the two walls along y at -x and +x, the two between them at -y and
-    /// +y; nothing for other shapes. They touch and do not overlap.
+    /// Floor, the two walls along y at -x and +x, and the two between them at -y and +y; `None`
+    /// for other shapes. They touch and do not overlap.
     pub fn panels(&self) -> Option<[Panel; 5]> {
         let Self::Bin { size_m, wall_m } = *self else {
             return None;
@@ -75,8 +75,8 @@ impl Shape {
         ])
     }
 
-    /// The parts of the shape at `pose`, as motion keeps away from it: floor and walls of a
-    /// bin, and the shape itself otherwise.
+    /// The parts of the shape at `pose` that motions avoid: floor and walls of a bin, and the
+    /// shape itself otherwise.
     pub fn obstacles(&self, pose: Isometry3<f64>) -> Vec<Obstacle> {
         let Some(panels) = self.panels() else {
             return vec![self.obstacle(pose)];
@@ -88,7 +88,7 @@ impl Shape {
             .collect()
     }
 
-    /// The shape at `pose` as one solid; a bin counts as if it were full.
+    /// The shape at `pose` as one solid; a bin counts as full.
     pub fn obstacle(&self, pose: Isometry3<f64>) -> Obstacle {
         match *self {
             Self::Box { size_m } | Self::Bin { size_m, .. } => {
@@ -118,7 +118,7 @@ impl Shape {
         }
     }
 
-    /// Radius of the ball around the centre that holds the shape (m).
+    /// Radius of the ball around the centre that encloses the shape (m).
     pub fn bounding_radius(&self) -> f64 {
         match *self {
             Self::Box { size_m: [x, y, z] }
@@ -143,8 +143,7 @@ pub struct LinkShape {
     pub pose: Isometry3<f64>,
 }
 
-/// A rigid body of a robot: the base, or the child of one joint with
-/// everything that is fixed to it.
+/// A rigid body of a robot: the base, or the child of one joint with everything fixed to it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Link {
     /// Name of the URDF link that moves with the joint.
@@ -160,14 +159,15 @@ pub struct Link {
 }
 
 impl Link {
-    /// Adds a body that is rigidly fixed to this one at `pose` (of the body's
-    /// frame in this link's frame): parallel-axis theorem.
+    /// Adds a body that is fixed to this one at `pose` (the body's frame in this link's frame),
+    /// by the parallel axis theorem.
     pub(crate) fn absorb(&mut self, body: &Link, pose: &Isometry3<f64>) {
         let shapes = body.shapes.iter();
         self.shapes.extend(shapes.map(|s| LinkShape {
             shape: s.shape.clone(),
             pose: pose * s.pose,
         }));
+        // Without mass the common centre of two bodies without mass would be 0 / 0.
         if body.mass <= 0.0 {
             return;
         }

@@ -1,35 +1,47 @@
-//! When to stop: one pure function per side, ages and flags in, action out.
+//! The stop policy: one pure function per side, from ages and flags to an action.
 //!
-//! Both the controller and physics decide by this table, so that a lost peer
-//! means the same thing everywhere. The words are those of the standards
-//! (category 2: controlled stop, power stays on), used for a simulation; no
-//! safety function is claimed.
+//! Both the controller and physics use this table, so that the loss of a peer has the same
+//! meaning everywhere. The terms are those of the standards (category 2: controlled stop, power
+//! stays on), used for a simulation; no safety function is claimed.
+//!
+//! What can go wrong: an arm that moves on without a living controller or task, and an arm that
+//! stops without need, which ends a job. The rules:
+//!
+//! - Ages are differences of ticks (ADR 0002), so a paused cell stops nothing, and a recording
+//!   is verified with the same stops.
+//! - The functions have no state. A latch (a tracking error that has not ended, a quarantine)
+//!   is a flag of the caller, which is part of its checkpoint.
+//! - The worst action wins; of equals the first cause, in the order fault, tracking, decision.
+//! - A value that cannot be compared (NaN) stops the arm.
+//!
+//! A change of an age limit changes how long an arm moves on: the limits are chosen such that
+//! the state reports the stop within 20 ms of the last command, and within 30 ms of the last
+//! decision.
 
 use ipc_types::arm::{StopAction, StopCause};
 
-/// Physics brakes when the newest command is older than this (ticks): the state that
-/// says so is published within 20 ms of the command.
+/// Physics brakes when the newest command is older than this (ticks), so that the state reports
+/// it within 20 ms of the command.
 pub const COMMAND_AGE_TICKS: u64 = 17;
-/// Drives count as stopped by category 1 after this long without commands
-/// (ticks).
+/// Drives count as stopped by category 1 after this time without commands (ticks).
 pub const COMMAND_LOST_TICKS: u64 = 2_000;
-/// Age limit of a decision where real-time scheduling was granted (ticks): the arm
-/// holds within 30 ms of it.
+/// Age limit of a decision with real-time scheduling (ticks): the arm holds within 30 ms of it.
 pub const DECISION_AGE_FIFO_TICKS: u64 = 28;
-/// Age limit of a decision where it was not (ticks).
+/// Age limit of a decision without real-time scheduling (ticks): longer, since a busy machine
+/// delays the task then.
 pub const DECISION_AGE_OTHER_TICKS: u64 = 100;
-/// A commanded joint further than this from the measured one is a fault
-/// (rad or m).
+/// A commanded joint farther than this from the measured one is a fault (rad or m).
 pub const TRACKING_LIMIT: f64 = 0.25;
-/// Such a fault ends when every joint is this near to its command again (rad or m).
+/// Such a fault ends when every joint is this near to its command again (rad or m): well below
+/// the limit, so that an arm at the limit does not alternate between the two.
 pub const TRACKING_CLEAR: f64 = 0.05;
 
-/// An action and why.
+/// An action and its cause.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Stop {
-    /// What to do.
+    /// The action.
     pub action: StopAction,
-    /// Why.
+    /// Its cause.
     pub cause: StopCause,
 }
 
@@ -44,7 +56,7 @@ impl Stop {
         Self { action, cause }
     }
 
-    /// The worse of two; the first where they are equally bad.
+    /// The worse of two; the first if they are equally bad.
     fn worst(self, other: Self) -> Self {
         if other.action > self.action {
             other
@@ -59,7 +71,7 @@ impl Stop {
     }
 }
 
-/// What the controller knows when it asks.
+/// The inputs of the controller's stop policy.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ControllerFlags {
     /// Age of the newest decision, `None` when there never was one (ticks).
@@ -68,9 +80,9 @@ pub struct ControllerFlags {
     pub decision_limit_ticks: u64,
     /// Largest distance of a commanded joint from the measured one (rad, m).
     pub tracking_error: f64,
-    /// The arm stopped for that before, and the fault has not ended.
+    /// Whether the arm stopped for that before, and the fault has not ended.
     pub is_giving_way: bool,
-    /// Physics latched a fault of this arm.
+    /// Whether physics latched a fault of this arm.
     pub fault: bool,
 }
 
@@ -85,7 +97,7 @@ pub fn controller_stop(flags: &ControllerFlags) -> Stop {
     } else {
         TRACKING_LIMIT
     };
-    // Written so that a NaN counts as too far.
+    // Written such that a NaN counts as too far.
     let tracking = if flags.tracking_error <= limit {
         Stop::NONE
     } else {
@@ -99,17 +111,17 @@ pub fn controller_stop(flags: &ControllerFlags) -> Stop {
     fault.worst(tracking).worst(decision)
 }
 
-/// What physics knows of one arm when it asks.
+/// The inputs of physics' stop policy, for one arm.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PhysicsFlags {
     /// Age of the newest accepted command, `None` before the first (ticks).
     pub command_age_ticks: Option<u64>,
-    /// The engine disabled a body of this arm.
+    /// Whether the engine disabled a body of this arm.
     pub quarantined: bool,
 }
 
-/// Physics' stop policy for one arm. Before the first command the arm holds its
-/// pose and nothing is wrong.
+/// Physics' stop policy for one arm. Before the first command the arm holds its pose, which is
+/// not a stop.
 pub fn physics_stop(flags: PhysicsFlags) -> Stop {
     let command = match flags.command_age_ticks {
         Some(age) if age > COMMAND_LOST_TICKS => {

@@ -1,4 +1,4 @@
-//! TOML with errors a person can act on: file, line, key, "did you mean".
+//! TOML with errors that a person can act on: file, line, key, "did you mean".
 
 use serde::de::DeserializeOwned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
@@ -6,15 +6,16 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 use crate::error::{Location, ModelError};
 use crate::suggest;
 
-/// Reads `text` as `T`. Unknown keys are refused (where `T` denies them), and so
-/// is every number that is not finite.
+/// Reads `text` as `T`. Refuses unknown keys (if `T` denies them) and every number that is not
+/// finite.
 pub(crate) fn parse<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, ModelError> {
     let table = table(file, text)?;
+    // TOML has `inf` and `nan`: a number without a range of its own would carry them on.
     refuse_non_finite(file, text, table.get_ref(), "")?;
     toml::from_str(text).map_err(|error| explain(file, text, &error))
 }
 
-/// The whole of `text`, with the place of every value.
+/// The whole of `text`, with the position of every value.
 pub(crate) fn table<'a>(
     file: &str,
     text: &'a str,
@@ -22,8 +23,8 @@ pub(crate) fn table<'a>(
     DeTable::parse(text).map_err(|error| explain(file, text, &error))
 }
 
-/// Reads the table `key` of `text` as `T`, but for the keys in `without`. Numbers
-/// are finite, as [`parse`] has read the whole text before.
+/// Reads the table `key` of `text` as `T`, except for the keys in `without`. Numbers are
+/// finite, since [`parse`] has read the whole text before.
 pub(crate) fn parse_table<T: DeserializeOwned>(
     file: &str,
     text: &str,
@@ -67,6 +68,7 @@ pub(crate) fn line_of(text: &str, path: &str) -> Option<usize> {
         };
         match next {
             Some(next) => value = next,
+            // Without the key the line of the table in which it would be is named.
             None => break,
         }
     }
@@ -98,8 +100,8 @@ fn explain(file: &str, text: &str, error: &toml::de::Error) -> ModelError {
     }
 }
 
-/// First line that assigns `key`. The parser loses the place of keys inside
-/// tagged tables.
+/// The first line that assigns `key`. The parser loses the position of keys inside of tagged
+/// tables.
 fn line_of_key(text: &str, key: &str) -> Option<usize> {
     let assigns = |line: &str| {
         let mut rest = line;
@@ -166,7 +168,7 @@ fn check_value(
     }
 }
 
-/// A dotted path.
+/// Appends a key to a dotted path.
 pub(crate) fn join(path: &str, key: &str) -> String {
     if path.is_empty() {
         key.to_owned()

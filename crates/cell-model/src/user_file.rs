@@ -1,7 +1,7 @@
-//! Reading files that a user names, with a bound on their size and without waiting forever.
+//! Reading files that a user names, with a bound on their size and without waiting for ever.
 //!
-//! A pipe with a writer is read, as `<(command)` in a shell makes one. A device, and a named
-//! pipe that nobody writes to, are refused before anything is read.
+//! A pipe with a writer is read, as made by `<(command)` in a shell. A device, and a named pipe
+//! without a writer, are refused before anything is read.
 
 use std::fs::{self, File, FileType, OpenOptions};
 use std::io::{self, BufRead, Read};
@@ -10,13 +10,13 @@ use std::path::Path;
 
 use crate::encoding;
 
-/// Most bytes of a line in a file of rows.
+/// Largest size of a line in a file of rows (bytes).
 pub const MAX_LINE_BYTES: u64 = 1 << 20;
 
-/// A file or pipe that is read once, from its beginning on.
+/// A file or pipe that is read once, from its start.
 #[derive(Debug)]
 pub struct UserFile {
-    /// The first bytes of a pipe, read to test whether it has a writer.
+    /// The first bytes of a pipe, which were read to test for a writer.
     head: io::Cursor<Vec<u8>>,
     file: File,
 }
@@ -25,7 +25,8 @@ impl UserFile {
     /// Opens the file or pipe at `path`.
     ///
     /// # Errors
-    /// Where it cannot be opened, is neither file nor pipe, or is a pipe without a writer.
+    /// Returns an error if it cannot be opened, is neither file nor pipe, or is a pipe without
+    /// a writer.
     pub fn open(path: &Path) -> io::Result<Self> {
         let kind = fs::metadata(path)?.file_type();
         if !kind.is_fifo() {
@@ -35,7 +36,7 @@ impl UserFile {
             });
         }
         let mut options = OpenOptions::new();
-        // Without it the open waits until there is a writer.
+        // Without this flag the open would wait until there is a writer.
         let mut probe = options
             .read(true)
             .custom_flags(libc::O_NONBLOCK)
@@ -49,7 +50,7 @@ impl UserFile {
         }
         Ok(Self {
             head: io::Cursor::new(head),
-            // Waits for the writer. It is there, so the open does not wait.
+            // Reads from here on wait for the writer. It exists, so this open does not wait.
             file: File::open(path)?,
         })
     }
@@ -64,14 +65,14 @@ impl Read for UserFile {
     }
 }
 
-/// Opens a file that is read at several places, or more than once: a pipe is refused, too.
+/// Opens a file that is read at several places, or more than once; a pipe is refused, too.
 ///
 /// # Errors
-/// Where it cannot be opened, or is no regular file.
+/// Returns an error if it cannot be opened, or is not a regular file.
 pub fn open_file(path: &Path) -> io::Result<File> {
     regular(fs::metadata(path)?.file_type())?;
     let file = File::open(path)?;
-    // It may be another one by now.
+    // Checked a second time: another file may have replaced it since.
     regular(file.metadata()?.file_type())?;
     Ok(file)
 }
@@ -79,10 +80,11 @@ pub fn open_file(path: &Path) -> io::Result<File> {
 /// The bytes of the file or pipe at `path`, at most `limit`.
 ///
 /// # Errors
-/// As [`UserFile::open`], and where it has more.
+/// As [`UserFile::open`], and if it has more bytes.
 pub fn read(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let count = UserFile::open(path)?
+        // One byte more than the limit, by which a longer file is detected without reading it.
         .take(limit.saturating_add(1))
         .read_to_end(&mut bytes)?;
     if count as u64 > limit {
@@ -94,17 +96,17 @@ pub fn read(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
 /// The text of the file or pipe at `path`, at most [`crate::data::MAX_FILE_BYTES`].
 ///
 /// # Errors
-/// As [`read`], and where it is not UTF-8.
+/// As [`read`], and if it is not UTF-8.
 pub fn read_text(path: &Path) -> io::Result<String> {
     let bytes = read(path, crate::data::MAX_FILE_BYTES)?;
     encoding::text(bytes).map_err(|reason| refused(&reason))
 }
 
-/// Replaces `line` by the next line of a file of rows, with its end; the number of bytes, 0
-/// at the end of the file.
+/// Replaces `line` by the next line of a file of rows, with its line end; returns the number of
+/// bytes, 0 at the end of the file.
 ///
 /// # Errors
-/// Where it cannot be read, is not UTF-8, or has more than [`MAX_LINE_BYTES`].
+/// Returns an error if it cannot be read, is not UTF-8, or has more than [`MAX_LINE_BYTES`].
 pub fn read_line(rows: &mut impl BufRead, line: &mut String) -> io::Result<usize> {
     line.clear();
     let mut bytes = std::mem::take(line).into_bytes();
@@ -120,11 +122,12 @@ pub fn read_line(rows: &mut impl BufRead, line: &mut String) -> io::Result<usize
     Ok(count)
 }
 
-/// Whether a file can be written at `path`: a regular file is there, or none. Nothing is
+/// Whether a file can be written at `path`: there is a regular file, or none. Nothing is
 /// created.
 ///
 /// # Errors
-/// Where something else is there, as a device or a directory, or no directory to create it in.
+/// Returns an error for anything else, such as a device or a directory, and if the directory
+/// does not exist.
 pub fn check_output(path: &Path) -> io::Result<()> {
     match fs::metadata(path) {
         Ok(meta) => regular(meta.file_type()),

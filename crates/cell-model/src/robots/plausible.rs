@@ -45,12 +45,14 @@ impl Robot {
     /// cannot move towards their base. Of random poses near zero it takes the one where the
     /// tool moves best in its worst direction, of those that are open to it at all.
     pub(crate) fn bend_home(&mut self) {
+        // A tool that can only move along a line gets no better by bending.
         let open = self.open_directions();
         if open < 2 {
             return;
         }
         let worst = |arm: &[f64]| self.gains(arm)[3 - open];
         let mut random = Random::new(0);
+        // The unbent pose is a candidate, too: it stays where no random one is better.
         let mut best = (worst(&self.home()), self.home());
         for _ in 0..TRIALS {
             let trial = self.near_zero(&mut random);
@@ -78,7 +80,8 @@ impl Robot {
             .collect()
     }
 
-    /// In how many directions the tool can move: 1 along a line, 2 on a surface, 3 in space.
+    /// Number of directions in which the tool can move: 1 along a line, 2 on a surface, 3 in
+    /// space.
     pub(super) fn open_directions(&self) -> usize {
         let mut random = Random::new(4);
         let mut most = [0.0_f64; 3];
@@ -89,7 +92,7 @@ impl Robot {
         most.iter().filter(|gain| **gain >= LEAST_GAIN).count()
     }
 
-    /// Singular values of the Jacobian of the tool's position, the least one first (m/rad).
+    /// Singular values of the Jacobian of the tool's position, smallest first (m/rad).
     fn gains(&self, arm: &[f64]) -> [f64; 3] {
         let tool = |arm: &[f64]| {
             let pose = self.frame_pose(self.tcp_frame, &self.with_arm_positions(arm));
@@ -109,15 +112,17 @@ impl Robot {
         gains.map(|gain| gain.max(0.0).sqrt())
     }
 
-    /// Replaces efforts that do not carry the arm's own weight, and says so. Where the file
-    /// states none (`limits`, by joint of the chain), the drive can accelerate the arm, too.
-    /// A drive is as stiff as its load needs.
+    /// Replaces efforts that do not carry the arm's own weight, with a warning. If the file has
+    /// no effort (`limits`, by joint of the chain), the drive can accelerate the arm, too. The
+    /// stiffness of a drive is raised to what its load needs.
     pub(crate) fn strengthen(&mut self, file: &str, limits: &[UrdfLimits]) {
         for (slot, load) in self.loads().into_iter().enumerate() {
             let joint = self.arm_joints[slot];
             let spec = &mut self.joints[joint];
             let stated = spec.effort;
             let is_stated = limits.get(joint).is_some_and(|limit| limit.effort > 0.0);
+            // A stated effort is believed for motion: an arm may be slow, but it has to carry
+            // itself.
             let moving = if is_stated { 0.0 } else { load.moving };
             if stated < ENOUGH * load.holding || stated < ENOUGH * moving {
                 let effort = (STRONG * load.holding).max(ENOUGH * moving);
@@ -137,7 +142,7 @@ impl Robot {
         }
     }
 
-    /// What moves with each controlled joint, the most over the poses tried.
+    /// The load of each controlled joint, the largest over the poses tried.
     fn loads(&self) -> Vec<Load> {
         let mut dynamics = Dynamics::new(self);
         let mut loads = vec![Load::default(); self.arm_joints.len()];
@@ -149,6 +154,7 @@ impl Robot {
                 .inverse_dynamics(&positions, &[], &[], &down)
                 .to_vec();
             let specs = self.arm_specs().zip(&weight).zip(&mut loads);
+            // A unit acceleration of one joint: its effort without gravity is the inertia.
             for (joint, ((spec, weight), load)) in specs.enumerate() {
                 let mut one = vec![0.0; positions.len()];
                 one[joint] = 1.0;

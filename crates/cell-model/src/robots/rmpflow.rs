@@ -1,8 +1,8 @@
 //! Reader of `format: rmpflow` files: the tuning of the motion policies.
 //!
-//! Every section the `rmp` crate has a leaf for is required. Sections of other
-//! policies that published files contain (trajectory and affine attractors) and
-//! switches for printing are read over; any other key is refused.
+//! Every section for which the `rmp` crate has a leaf is required. Sections of other policies
+//! in published files (trajectory and affine attractors) and switches for printing are ignored;
+//! any other key is refused.
 
 use nalgebra::Vector3;
 use rmp::{BodyCapsule, BodyCollisionController, RmpFlowParameters};
@@ -13,7 +13,7 @@ use crate::error::ModelError;
 
 pub(crate) mod yaml;
 
-/// A section of plain numbers, converted to its struct in `rmp`.
+/// Declares a section of numbers, converted to its struct in `rmp`.
 macro_rules! section {
     ($section:ident => $target:ident { $($field:ident),* $(,)? } unused { $($unused:ident),* }) => {
         #[derive(Deserialize)]
@@ -120,7 +120,7 @@ struct RmpFlowFile {
     joint_limit_buffers: Vec<f64>,
     rmp_params: Leaves,
     canonical_resolve: CanonicalResolve,
-    /// Lula's files, whose bodies are capsules, too, call them cylinders.
+    /// Lula's files call them cylinders; its bodies are capsules, too.
     #[serde(default, alias = "body_cylinders")]
     body_capsules: Vec<Capsule>,
     #[serde(default)]
@@ -130,8 +130,8 @@ struct RmpFlowFile {
 /// Reads a tuning. `file` is the name used in errors.
 ///
 /// # Errors
-/// [`ModelError`] for bad YAML, another format, a missing or unknown key, and a
-/// number that is not finite or out of range.
+/// Returns [`ModelError`] for bad YAML, another format, a missing or unknown key, and a number
+/// that is not finite or out of range.
 pub fn parse(file: &str, text: &str) -> Result<RmpFlowParameters, ModelError> {
     let read: RmpFlowFile = yaml::parse(file, text)?;
     if let Some(format) = read.format.as_deref().filter(|format| *format != "rmpflow") {
@@ -144,6 +144,7 @@ pub fn parse(file: &str, text: &str) -> Result<RmpFlowParameters, ModelError> {
         ));
     }
     let parameters = convert(read);
+    // `rmp` checks the ranges of its own numbers; here its error gets the line of the key.
     match parameters.validate() {
         Ok(()) => Ok(parameters),
         Err(error) => {

@@ -40,7 +40,7 @@ pub struct ParallelGripper {
     pub finger_joints: [usize; 2],
     /// Width of the open hand (m).
     pub max_width: f64,
-    /// Force per finger where a command names none (N).
+    /// Force per finger if a command has none (N).
     pub default_force: f64,
     /// Largest force per finger (N).
     pub max_force: f64,
@@ -53,9 +53,9 @@ pub struct ParallelGripper {
 /// A suction cup at the tool centre point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SuctionGripper {
-    /// Out of the cup, in the TCP frame, of length 1.
+    /// Direction out of the cup, in the TCP frame, of length 1.
     pub axis: Vector3<f64>,
-    /// How far before the cup something can be gripped (m).
+    /// Largest distance before the cup at which an object can be gripped (m).
     pub grip_distance: f64,
     /// Force at which the grip breaks (N).
     pub force_limit: f64,
@@ -65,20 +65,20 @@ pub struct SuctionGripper {
     pub cup_radius: f64,
 }
 
-/// A robot arm with what is mounted on it.
+/// A robot arm with its tool.
 #[derive(Clone, Debug)]
 pub struct Robot {
     /// Name for people.
     pub name: String,
     /// All actuated joints, parents first, and all frames.
     pub chain: Chain,
-    /// By joint of the chain.
+    /// Data of the joints, by joint of the chain.
     pub joints: Vec<JointSpec>,
     /// The base, then the child link of every joint of the chain.
     pub links: Vec<Link>,
     /// Controlled joints in the order of commands, as indices of the chain.
     pub arm_joints: Vec<usize>,
-    /// The hand; no robot has both fingers and suction.
+    /// The hand. A robot has a hand or suction, not both.
     pub gripper: Option<ParallelGripper>,
     /// The suction cup.
     pub suction: Option<SuctionGripper>,
@@ -86,15 +86,15 @@ pub struct Robot {
     pub tcp_frame: usize,
     /// Collision spheres against the world.
     pub spheres: Vec<CollisionSphere>,
-    /// Spheres against the robot itself; with none the arm does not keep away from itself.
+    /// Spheres against the robot itself; with none the arm does not avoid itself.
     pub self_spheres: Vec<CollisionSphere>,
     /// Pairs of frames with such spheres that may touch.
     pub self_ignore: Vec<(String, String)>,
     /// Default configuration of the controlled joints for motion policies: the
     /// posture to lean to (rad or m).
     pub default_joint_positions: Vec<f64>,
-    /// Positions motion policies take for joints they do not control, by joint
-    /// of the chain (rad or m).
+    /// Positions that motion policies use for joints that they do not control, by joint of the
+    /// chain (rad or m).
     pub fixed_joint_positions: Vec<f64>,
     /// Tuning of the motion policies.
     pub rmpflow: RmpFlowParameters,
@@ -145,7 +145,7 @@ impl Robot {
             .map_or("", |frame| &frame.name)
     }
 
-    /// All joints of the chain: `arm` for the controlled ones and those that follow them,
+    /// Positions of all joints of the chain: `arm` for the controlled ones and their followers,
     /// home for the others.
     pub fn with_arm_positions(&self, arm: &[f64]) -> Vec<f64> {
         let mut all: Vec<f64> = self.joints.iter().map(|spec| spec.home).collect();
@@ -161,7 +161,7 @@ impl Robot {
         poses
     }
 
-    /// As [`Robot::link_poses`], into `poses`, which keeps its memory.
+    /// As [`Robot::link_poses`], into `poses`, whose memory is used again.
     pub fn link_poses_into(&self, positions: &[f64], poses: &mut Vec<Isometry3<f64>>) {
         poses.clear();
         poses.push(Isometry3::identity());
@@ -171,8 +171,8 @@ impl Robot {
         }
     }
 
-    /// Pose of a frame of the chain in the base frame for positions of all
-    /// joints of the chain; `None` where there is no such frame.
+    /// Pose of a frame of the chain in the base frame, for positions of all joints of the
+    /// chain; `None` if there is no such frame.
     pub fn frame_pose(&self, frame: usize, positions: &[f64]) -> Option<Isometry3<f64>> {
         let frame = self.chain.frames().get(frame)?;
         let poses = self.link_poses(positions);

@@ -1,4 +1,4 @@
-//! How near the parts of a robot that may not touch are to each other.
+//! Distances between the parts of a robot that may not touch.
 
 use nalgebra::{Isometry3, Point3};
 
@@ -8,9 +8,9 @@ use crate::robots::robot::Robot;
 #[derive(Clone, Debug)]
 pub struct SelfDistance {
     parts: Vec<Part>,
-    /// Those that may not touch.
+    /// Pairs that may not touch.
     pairs: Vec<(usize, usize)>,
-    /// Room for the poses of the links and the centres of the spheres.
+    /// Memory for the poses of the links and the centres of the spheres.
     links: Vec<Isometry3<f64>>,
     centers: Vec<Vec<Point3<f64>>>,
 }
@@ -26,7 +26,8 @@ struct Part {
 }
 
 impl SelfDistance {
-    /// Of `robot`; parts that one link carries, and those of its list, may touch.
+    /// The distances of `robot`. Parts that one link carries may touch, and the pairs of its
+    /// list.
     pub fn new(robot: &Robot) -> Self {
         let mut frames: Vec<&str> = Vec::new();
         for sphere in &robot.self_spheres {
@@ -63,9 +64,9 @@ impl SelfDistance {
         }
     }
 
-    /// The least distance of two surfaces (m), negative where they overlap, for `positions`
-    /// of all joints of the chain of `robot` (rad or m). Pairs farther apart than `reach` (m)
-    /// are not looked at; infinite where there are no others. Allocates nothing.
+    /// The smallest distance of two surfaces (m), negative if they overlap, for `positions` of
+    /// all joints of the chain of `robot` (rad or m). Pairs farther apart than `reach` (m) are
+    /// not computed; infinite if there are no others. Allocates nothing.
     pub fn nearest(&mut self, robot: &Robot, positions: &[f64], reach: f64) -> f64 {
         robot.link_poses_into(positions, &mut self.links);
         for (part, centers) in self.parts.iter().zip(&mut self.centers) {
@@ -74,6 +75,8 @@ impl SelfDistance {
                 *at = pose * center;
             }
         }
+        // The best distance so far bounds the next pairs, so most of them end at their
+        // enclosing spheres.
         let mut nearest = reach;
         for &(a, b) in &self.pairs {
             nearest = nearest.min(self.apart(a, b, nearest));
@@ -85,7 +88,7 @@ impl SelfDistance {
         }
     }
 
-    /// Distance of two parts where it is less than `least`.
+    /// Distance of two parts, if it is less than `least`.
     fn apart(&self, a: usize, b: usize, least: f64) -> f64 {
         let (one, other) = (&self.parts[a], &self.parts[b]);
         let place = |part: &Part| {

@@ -1,6 +1,6 @@
-//! Which parts of a robot may touch, where its files do not say it: those next to each
-//! other, those that touch almost always or in the default posture, and those that are never
-//! near each other, found by random poses, as `MoveIt`'s setup assistant does.
+//! Parts of a robot that may touch, for robots whose files do not list them: neighbours, pairs
+//! that touch almost always or in the default posture, and pairs that are never near each
+//! other. They are found by random poses, as in `MoveIt`'s setup assistant.
 
 use nalgebra::Point3;
 use rmp::{CollisionSphere, Joint};
@@ -8,16 +8,17 @@ use rmp::{CollisionSphere, Joint};
 use crate::random::Random;
 use crate::robots::robot::Robot;
 
-/// Poses that are tried.
+/// Number of poses that are tried.
 const POSES: usize = 10_000;
-/// Part of the poses in which a pair touches that cannot keep apart.
+/// Share of the poses in which a pair touches that cannot keep apart.
 const ALMOST_ALWAYS: f64 = 0.95;
-/// A pair that was never nearer than this does not touch (m): what is nearer and moves may.
+/// A pair that was never nearer than this does not touch (m); one that was nearer and moves
+/// may.
 const CLOSE_M: f64 = 0.005;
-/// Two parts whose distance changes by less are as good as one (m).
+/// Two parts whose distance changes by less than this count as one body (m).
 const CONSTANT_M: f64 = 0.001;
 
-/// What was seen of two frames.
+/// Observations of two frames.
 #[derive(Clone, Copy)]
 struct Seen {
     touching: usize,
@@ -58,8 +59,11 @@ impl Robot {
         let parts = self.parts(spheres);
         let count = parts.len();
         let mut seen = vec![Seen::NOTHING; count * count];
+        // A fixed seed: every process of a run, and every run, finds the same pairs.
         let mut random = Random::new(3);
         for pose in 0..=POSES {
+            // The default posture is the last pose: a pair that touches there would push the
+            // arm at rest.
             let is_default = pose == POSES;
             let arm = if is_default {
                 self.default_joint_positions.clone()
@@ -86,7 +90,7 @@ impl Robot {
         pairs
     }
 
-    /// Whether a controlled joint moves `frame`; not where there is no such frame.
+    /// Whether a controlled joint moves `frame`; `false` if there is no such frame.
     pub fn is_moved(&self, frame: &str) -> bool {
         let index = self.chain.frame_index(frame);
         index.is_some_and(|index| self.carrier(self.chain.frames()[index].joint).is_some())
@@ -110,7 +114,7 @@ impl Robot {
         parts
     }
 
-    /// The joint of the arm, or that follows one of it, that moves what is fixed to `joint`.
+    /// The joint of the arm, or its follower, that moves everything fixed to `joint`.
     fn carrier(&self, mut joint: Option<usize>) -> Option<usize> {
         while let Some(index) = joint {
             let Joint { parent, mimic, .. } = self.chain.joints()[index];
@@ -124,7 +128,7 @@ impl Robot {
         None
     }
 
-    /// One of them carries the other by a single joint of the arm, or both are one body.
+    /// Whether one carries the other by a single joint of the arm, or both are one body.
     fn are_neighbours(&self, a: Option<usize>, b: Option<usize>) -> bool {
         let before = |joint: Option<usize>| {
             joint.map(|joint| self.carrier(self.chain.joints()[joint].parent))
@@ -166,7 +170,7 @@ struct Part<'a> {
     spheres: Vec<&'a CollisionSphere>,
 }
 
-/// Least distance of two surfaces (m).
+/// Smallest distance of two surfaces (m).
 fn distance(one: &[(Point3<f64>, f64)], other: &[(Point3<f64>, f64)]) -> f64 {
     let pairs = one.iter().flat_map(|a| other.iter().map(move |b| (a, b)));
     pairs

@@ -1,5 +1,4 @@
-//! Any URDF as joints, links and frames: fixed joints are merged into the link
-//! they are fixed to.
+//! Any URDF as joints, links and frames. Fixed joints are merged into their parent link.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -14,19 +13,19 @@ use crate::robots::urdf_clean;
 use crate::robots::urdf_scan;
 use crate::shape::{Link, LinkShape, Shape};
 
-/// A continuous joint may turn this often to each side: a real arm has cables.
+/// Turns of a continuous joint to each side: a real arm has cables.
 pub const CONTINUOUS_TURNS: f64 = 2.0;
 
-/// Limits of one joint as its URDF states them.
+/// Limits of one joint in its URDF.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UrdfLimits {
-    /// rad/s or m/s; 0 where the file says nothing.
+    /// Velocity (rad/s or m/s); 0 if the file has none.
     pub velocity: f64,
-    /// N·m or N; 0 where the file says nothing.
+    /// Effort (N·m or N); 0 if the file has none.
     pub effort: f64,
-    /// Acceleration (rad/s², m/s²), where the file gives it.
+    /// Acceleration (rad/s², m/s²), if the file has it.
     pub acceleration: Option<f64>,
-    /// Jerk (rad/s³, m/s³), where the file gives it.
+    /// Jerk (rad/s³, m/s³), if the file has it.
     pub jerk: Option<f64>,
 }
 
@@ -37,8 +36,8 @@ pub struct UrdfRobot {
     pub name: String,
     /// Joints and frames.
     pub chain: Chain,
-    /// By frame of the chain, which are the links of the file: the frame of the parent
-    /// link, which comes before it; `None` for the base.
+    /// By frame of the chain (the links of the file): the frame of the parent link, which
+    /// precedes it; `None` for the base.
     pub parents: Vec<Option<usize>>,
     /// Limits by joint of the chain.
     pub limits: Vec<UrdfLimits>,
@@ -46,13 +45,13 @@ pub struct UrdfRobot {
     pub links: Vec<Link>,
     /// Corrected faults of the file, with file and line.
     pub warnings: Vec<String>,
-    /// Collision meshes that were left out: only primitives take part in
-    /// contact.
+    /// Number of collision meshes that were left out: only primitives take part in contact.
     pub skipped_meshes: usize,
 }
 
 impl UrdfRobot {
-    /// Joints that move a frame, from the base on: for one that copies another one, the other.
+    /// Joints that move a frame, starting at the base; a follower is replaced by the joint that
+    /// it follows.
     pub(crate) fn joints_to(&self, frame: usize) -> Vec<usize> {
         let mut path = Vec::new();
         let mut next = self.chain.frames().get(frame).and_then(|frame| frame.joint);
@@ -71,13 +70,13 @@ impl UrdfRobot {
             .filter(|frame| !is_parent(*frame))
             .map(|frame| (frame, self.joints_to(frame).len()))
             .collect();
-        // Stable: in the order of the file where equal.
+        // A stable sort: equal ones stay in the order of the file.
         tips.sort_by_key(|(_, joints)| std::cmp::Reverse(*joints));
         tips
     }
 }
 
-/// `joints`, with the joints that are followed in place of those that follow.
+/// `joints`, with followers replaced by the joints that they follow.
 pub(crate) fn independent(chain: &Chain, joints: &[usize]) -> Vec<usize> {
     let mut free = Vec::new();
     for &joint in joints {
@@ -93,9 +92,11 @@ pub(crate) fn independent(chain: &Chain, joints: &[usize]) -> Vec<usize> {
 /// Reads a URDF; `file` is its name in messages.
 ///
 /// # Errors
-/// [`ModelError`] for anything that is not one tree of finite, plausible
-/// numbers, with the name of the link or joint.
+/// Returns [`ModelError`], with the name of the link or joint, if the file is not one tree of
+/// finite, plausible numbers.
 pub fn parse(file: &str, text: &str) -> Result<UrdfRobot, ModelError> {
+    // In this order: size and nesting before any parser, whose recursion would overflow the
+    // stack; then repairs, and the checks of the repaired text last.
     urdf_scan::scan(file, text)?;
     let cleaned = urdf_clean::clean(file, text)?;
     let robot = urdf_rs::read_from_string(&cleaned.text).map_err(|error| ModelError::Syntax {
@@ -141,7 +142,7 @@ struct Builder {
 }
 
 impl Builder {
-    /// Walks the tree from its root, breadth first in the order of the file.
+    /// Visits the tree from its root, breadth first, in the order of the file.
     fn run(robot: &urdf_rs::Robot) -> Self {
         let mut builder = Self::default();
         let links: BTreeMap<&str, &urdf_rs::Link> = robot
@@ -165,6 +166,8 @@ impl Builder {
                     continue;
                 };
                 let at = pose * to_isometry(&edge.origin);
+                // A fixed child moves with its parent: as a link of its own it would cost a
+                // body in physics.
                 let (joint, pose) = if edge.joint_type == JointType::Fixed {
                     builder.merge(child, joint, at);
                     (joint, at)
@@ -181,7 +184,7 @@ impl Builder {
         builder
     }
 
-    /// Adds the frame of a link, with the joint it moves with; its index.
+    /// Adds the frame of a link, with the joint that moves it; returns its index.
     fn frame(
         &mut self,
         name: &str,

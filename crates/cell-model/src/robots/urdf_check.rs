@@ -1,4 +1,4 @@
-//! What the URDF parser lets pass and a robot must not have.
+//! Checks of a robot that the URDF parser does not make.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,23 +8,23 @@ use crate::error::{Location, ModelError};
 use crate::robots::urdf_clean::Lines;
 use crate::suggest;
 
-/// Coordinates beyond this belong to no robot (m, rad).
+/// Larger coordinates do not belong to a robot (m, rad).
 pub(super) const MAX_COORDINATE: f64 = 100.0;
-/// Links of a robot; a humanoid with two hands has some 80.
+/// Largest number of links; a humanoid with two hands has some 80.
 const MAX_LINKS: usize = 512;
-/// A collision shape may be this long whatever the robot (m), and twice the robot
-/// besides: a longer one is in everything around it.
+/// A collision shape may be this long for any robot (m), plus twice the robot's length: a
+/// longer one would be in contact with everything around it.
 const LEAST_ROOM: f64 = 1.0;
-/// Nothing in a cell is heavier (kg), turns harder (kg·m²) or pushes harder (N·m).
+/// Upper bound of masses (kg), inertias (kg·m²) and efforts (N·m) in a cell.
 pub(super) const MAX_QUANTITY: f64 = 1.0e5;
 
-/// Refuses a robot that is not one tree of uniquely named links with finite,
-/// plausible numbers.
+/// Refuses a robot that is not one tree of uniquely named links with finite, plausible numbers.
 ///
 /// # Errors
-/// [`ModelError::Value`] naming file, link or joint, value and what to do.
+/// Returns [`ModelError::Value`] with file, link or joint, value and advice.
 pub(crate) fn check(file: &str, lines: &Lines, robot: &Robot) -> Result<(), ModelError> {
     let checker = Checker { file, lines };
+    // Counts first: the other checks compare names in pairs.
     checker.count(robot)?;
     checker.names(robot)?;
     checker.tree(robot)?;
@@ -39,7 +39,8 @@ pub(crate) fn check(file: &str, lines: &Lines, robot: &Robot) -> Result<(), Mode
         .try_for_each(|link| checker.link(link, longest))
 }
 
-/// The robot stretched: the offsets of its joints, and how far those that slide go (m).
+/// Length of the stretched robot: the offsets of its joints, and the travel of the prismatic
+/// ones (m).
 fn length(robot: &Robot) -> f64 {
     let joints = robot.joints.iter().map(|joint| {
         let [x, y, z] = joint.origin.xyz.0;
@@ -106,7 +107,7 @@ impl Checker<'_> {
         Ok(())
     }
 
-    /// One root, every link reached from it once.
+    /// Checks for one root from which every link is reached once.
     fn tree(&self, robot: &Robot) -> Result<(), ModelError> {
         let links: Vec<&str> = robot.links.iter().map(|link| link.name.as_str()).collect();
         let mut parent_joint: BTreeMap<&str, &str> = BTreeMap::new();
@@ -179,7 +180,7 @@ impl Checker<'_> {
     }
 
     fn finite(&self, owner: &str, key: &str, values: &[f64], limit: f64) -> Result<(), ModelError> {
-        // A range contains no NaN.
+        // `contains` refuses NaN as well.
         match values
             .iter()
             .find(|value| !(-limit..=limit).contains(*value))

@@ -1,5 +1,5 @@
-//! Prepares a URDF for its parser: keeps what describes the robot, and drops visuals and the
-//! elements of other programs. Faults with one possible meaning are corrected and become
+//! Prepares a URDF for its parser: keeps the description of the robot, and drops visuals and
+//! the elements of other programs. Faults with one possible meaning are corrected and become
 //! warnings with their line; the others are refused later, with the same lines.
 
 use std::collections::BTreeMap;
@@ -18,16 +18,16 @@ use parts::{elements, escaped, is_positive, number, shape_text, text_of, vector}
 
 use crate::error::{Location, ModelError};
 
-/// Radius of the ball whose inertia a link gets that has none (m).
+/// Radius of the ball whose inertia a link without inertia gets (m).
 const BALL_M: f64 = 0.05;
 
-/// What came of a file.
+/// A cleaned file.
 pub(super) struct Cleaned {
     /// The URDF.
     pub(super) text: String,
     /// Corrected faults, with file and line.
     pub(super) warnings: Vec<String>,
-    /// Where links and joints are.
+    /// Lines of links and joints.
     pub(super) lines: Lines,
 }
 
@@ -39,7 +39,7 @@ pub(super) struct Lines {
 }
 
 impl Lines {
-    /// The line of what a message is about: `link 'NAME': ..` or `joint 'NAME': ..`.
+    /// The line of the subject of a message: `link 'NAME': ..` or `joint 'NAME': ..`.
     pub(super) fn of(&self, key: &str) -> Option<usize> {
         let named = |word: &str, lines: &BTreeMap<String, usize>| {
             let rest = key.strip_prefix(word)?.strip_prefix(" '")?;
@@ -52,8 +52,8 @@ impl Lines {
 /// Reads and cleans a URDF; `file` is its name in messages.
 ///
 /// # Errors
-/// [`ModelError`] for what is no XML, for a xacro file, and for joints whose type or numbers
-/// cannot be taken.
+/// Returns [`ModelError`] for text that is not XML, for a xacro file, and for joints whose type
+/// or numbers cannot be used.
 pub(super) fn clean(file: &str, text: &str) -> Result<Cleaned, ModelError> {
     let declared = parts::declare_prefixes(&parts::without_late_declaration(text));
     let document = Document::parse(&declared).map_err(|error| ModelError::Syntax {
@@ -86,9 +86,9 @@ struct Cleaner<'a, 'input> {
     out: String,
     warnings: Vec<String>,
     lines: Lines,
-    /// Types of all joints by name.
+    /// Types of all joints, by name.
     joints: BTreeMap<String, String>,
-    /// Limits of joints that turn are degrees.
+    /// Whether limits of revolute joints are in degrees.
     in_degrees: bool,
     notices: Notices,
 }
@@ -118,10 +118,12 @@ impl Cleaner<'_, '_> {
             "robot",
             &[("name", root.attribute("name").unwrap_or("robot"))],
         );
+        // Types of all joints first: `mimic` may name a joint that follows in the file.
         for joint in elements(root, "joint") {
             let of = |key: &str| joint.attribute(key).unwrap_or_default().to_owned();
             self.joints.insert(of("name"), of("type"));
         }
+        // Decided for the whole file: one large limit alone may mean no limit.
         self.in_degrees = limits::in_degrees(root);
         for link in elements(root, "link") {
             self.link(link);
@@ -188,7 +190,7 @@ impl Cleaner<'_, '_> {
         self.out.push_str("</inertial>");
     }
 
-    /// Copies a shape; one that cannot be read is left out.
+    /// Copies a shape; one that cannot be read is left out with a warning.
     fn collision(&mut self, collision: Node<'_, '_>, link: &str) {
         let geometry = elements(collision, "geometry").next();
         let Some(shape) = geometry.and_then(|node| node.children().find(Node::is_element)) else {
@@ -209,7 +211,7 @@ impl Cleaner<'_, '_> {
         let _infallible = write!(self.out, "<geometry>{shape_text}</geometry></collision>");
     }
 
-    /// The element of that name; of several the first.
+    /// The element with that name; of several the first, with a warning.
     fn only<'b, 'input>(
         &mut self,
         owner: Node<'b, 'input>,

@@ -1,9 +1,9 @@
-//! A look at a URDF before it is parsed. The parser builds a recursive tree and
-//! overflows the stack on deep nesting; this scan keeps only a counter.
+//! A scan of a URDF before it is parsed. The parser builds a recursive tree and overflows the
+//! stack on deep nesting; this scan keeps only a counter.
 
 use crate::error::{Location, ModelError};
 
-/// Elements nested deeper than this are no robot.
+/// Largest nesting of elements: a URDF needs about 5.
 pub(crate) const MAX_DEPTH: usize = 64;
 /// Largest URDF that is read (bytes).
 pub(crate) const MAX_BYTES: usize = 4 << 20;
@@ -11,7 +11,7 @@ pub(crate) const MAX_BYTES: usize = 4 << 20;
 /// Checks size and nesting of a URDF.
 ///
 /// # Errors
-/// [`ModelError::Value`] with the line at which the nesting gets too deep.
+/// Returns [`ModelError::Value`] with the line at which the nesting is too deep.
 pub(crate) fn scan(file: &str, text: &str) -> Result<(), ModelError> {
     if text.len() > MAX_BYTES {
         let allowed = format!("at most {MAX_BYTES} bytes; remove what does not describe the robot");
@@ -26,6 +26,7 @@ pub(crate) fn scan(file: &str, text: &str) -> Result<(), ModelError> {
     let mut rest = text;
     while let Some(start) = rest.find('<') {
         rest = &rest[start..];
+        // Entities of a document type can expand to gigabytes.
         if rest.starts_with("<!DOCTYPE") || rest.starts_with("<!ENTITY") {
             let place = Location::line(file, Some(line_of(text, rest)));
             return Err(ModelError::value(
@@ -68,8 +69,7 @@ fn kind(tag: &str) -> Kind {
     }
 }
 
-/// Splits off the markup that starts at the beginning of `text`; the rest is
-/// empty where it does not end.
+/// Splits off the markup at the start of `text`; the rest is empty if the markup has no end.
 fn next_tag(text: &str) -> (&str, &str) {
     for (open, close) in [("<!--", "-->"), ("<![CDATA[", "]]>"), ("<?", "?>")] {
         if text.starts_with(open) {
@@ -80,6 +80,7 @@ fn next_tag(text: &str) -> (&str, &str) {
         }
     }
     let mut quote = None;
+    // A `>` within quotes does not end a tag.
     for (at, byte) in text.bytes().enumerate() {
         match (quote, byte) {
             (None, b'"' | b'\'') => quote = Some(byte),

@@ -12,9 +12,9 @@ use crate::robots::urdf::{self, UrdfRobot};
 use crate::robots::xrdf::{self, Xrdf};
 use crate::suggest;
 
-/// What branches after fewer joints than this is no arm with a hand.
+/// With fewer joints before a branch than this, the tree is not an arm with a hand.
 const LEAST_TRUNK: usize = 4;
-/// Tips that a message names.
+/// Number of tips that a message names.
 pub(super) const MOST_CANDIDATES: usize = 12;
 
 /// Files of a user's arm (`--robot`, `--xrdf`, `--rmpflow`, `--tip`).
@@ -27,17 +27,17 @@ pub struct RobotFiles {
     pub xrdf: Option<PathBuf>,
     /// Tuning, `format: rmpflow`.
     pub rmpflow: Option<PathBuf>,
-    /// The link that is the tool; the arm ends there.
+    /// The link of the tool; the arm ends there.
     #[serde(default)]
     pub tip: Option<String>,
 }
 
 impl RobotFiles {
-    /// Where the robot is a `config.json` of Isaac Sim: the files that it names. What was
-    /// given beside it stays.
+    /// If the robot is a `config.json` of Isaac Sim, the files that it names; files that were
+    /// given beside it are kept.
     ///
     /// # Errors
-    /// [`ModelError`] where the file is missing or wrong.
+    /// Returns [`ModelError`] if the file is missing or wrong.
     pub fn resolved(self) -> Result<Self, ModelError> {
         if self.urdf.extension().is_none_or(|end| end != "json") {
             return Ok(self);
@@ -56,7 +56,7 @@ impl Robot {
     /// Loads a user's arm.
     ///
     /// # Errors
-    /// [`ModelError`] where a file is missing or wrong.
+    /// Returns [`ModelError`] if a file is missing or wrong.
     pub fn from_files(files: &RobotFiles) -> Result<Self, ModelError> {
         let (file, text) = read(&files.urdf)?;
         let urdf = urdf::parse(&file, &text)?;
@@ -81,7 +81,7 @@ impl Robot {
     }
 }
 
-/// A description with its name in messages.
+/// A description, with its name in messages.
 fn read_description(path: &Path) -> Result<(String, Xrdf), ModelError> {
     let (file, text) = read(path)?;
     let parse = if lula::is_description(&text) {
@@ -93,7 +93,7 @@ fn read_description(path: &Path) -> Result<(String, Xrdf), ModelError> {
     Ok((file, description))
 }
 
-/// What a user's arm is made of.
+/// The sources of a user's arm.
 struct Source<'a> {
     file: &'a str,
     urdf: UrdfRobot,
@@ -139,14 +139,17 @@ impl Source<'_> {
             robot.take_xrdf(file, xrdf)?;
             robot.take_tool(file, xrdf)?;
             robot.take_self_collision(file, xrdf)?;
-            // A user's arm starts in its default posture.
+            // A user's arm starts in its default posture: there is no other file with a home
+            // position.
             for (spec, position) in robot.joints.iter_mut().zip(&robot.fixed_joint_positions) {
                 spec.home = *position;
             }
         }
+        // An option of the command line wins over the tool frame of the file.
         if let Some(tip) = tip {
             robot.tcp_frame = tip;
         }
+        // After the tip is known: the home pose is judged by how the tip can move.
         if self.description.is_none() {
             robot.bend_home();
         }
@@ -167,8 +170,8 @@ impl Source<'_> {
         })
     }
 
-    /// The joints from the base to the tip. Without one to where the tree ends or a hand
-    /// begins; of a robot with several arms or legs the first of the longest.
+    /// The joints from the base to the tip. Without a tip, to the end of the tree or the start
+    /// of a hand; for a robot with several arms or legs, to the first of the longest.
     fn arm_joints(&mut self, tip: Option<usize>) -> Result<Vec<usize>, ModelError> {
         let trunk = trunk(&self.urdf.chain);
         let tips = self.urdf.tips();
@@ -210,6 +213,8 @@ impl Source<'_> {
         }
         let most = ipc_types::MAX_JOINTS;
         let all = self.moving(&joints);
+        // The joints nearest to the tip stay: they turn the tool, the first ones move the whole
+        // robot.
         while self.moving(&joints) > most {
             joints.remove(0);
         }
@@ -223,7 +228,7 @@ impl Source<'_> {
         Ok(joints)
     }
 
-    /// Number of `joints` and of those that follow one of them.
+    /// Number of `joints`, and of those that follow one of them.
     fn moving(&self, joints: &[usize]) -> usize {
         let all = self.urdf.chain.joints().iter();
         let follows = |joint: &&rmp::Joint| joint.mimic.is_some_and(|m| joints.contains(&m.joint));
@@ -266,8 +271,8 @@ fn named_joints(
     names.iter().map(index).collect()
 }
 
-/// Joints from the base to where the tree ends or branches: a hand with several
-/// fingers begins at a branch.
+/// Joints from the base to the end or the first branch of the tree: a hand with several fingers
+/// starts at a branch.
 fn trunk(chain: &rmp::Chain) -> Vec<usize> {
     let children = |parent: Option<usize>| -> Vec<usize> {
         (0..chain.joints().len())
@@ -283,7 +288,7 @@ fn trunk(chain: &rmp::Chain) -> Vec<usize> {
     urdf::independent(chain, &arm)
 }
 
-/// A frame on the last joint with a usual name, else the last one there.
+/// A frame on the last joint with a usual name, or else the last frame on it.
 fn tool_frame(chain: &rmp::Chain, joint: Option<usize>) -> usize {
     let on_joint = |index: &usize| chain.frames()[*index].joint == joint;
     let usual = ["tcp", "tool0", "ee_link", "tool", "flange"];

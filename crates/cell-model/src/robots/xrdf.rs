@@ -1,5 +1,5 @@
-//! Reader of XRDF 1.0 and 2.0: which joints are controlled and how fast, tool
-//! frames, and the spheres that stand for the robot in collision checks.
+//! Reader of XRDF 1.0 and 2.0: the controlled joints with their limits, tool frames, and the
+//! spheres that represent the robot in collision checks.
 
 use std::collections::BTreeMap;
 
@@ -10,23 +10,23 @@ use crate::error::ModelError;
 use crate::robots::rmpflow::yaml;
 use rmp::CollisionSphere;
 
-/// Limits of acceleration (rad/s² or m/s²) that are allowed, and of jerk.
+/// Allowed limits of acceleration (rad/s² or m/s²), and of jerk.
 pub(crate) const ACCELERATION: (f64, f64) = (1e-6, 1e5);
 pub(crate) const JERK: (f64, f64) = (1e-6, 1e7);
 
-/// What an XRDF says.
+/// The content of an XRDF.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Xrdf {
-    /// Default position of joints by name (rad or m); not every joint is named.
+    /// Default positions of joints by name (rad or m); not every joint has one.
     pub default_joint_positions: BTreeMap<String, f64>,
     /// Controlled joints in order.
     pub joint_names: Vec<String>,
-    /// Acceleration limit of each controlled joint (rad/s² or m/s²); empty where the file
-    /// says none, as a robot description of Lula may.
+    /// Acceleration limit of each controlled joint (rad/s² or m/s²); empty if the file has
+    /// none, as in some robot descriptions of Lula.
     pub acceleration_limits: Vec<f64>,
     /// Jerk limit of each controlled joint (rad/s³ or m/s³), or empty.
     pub jerk_limits: Vec<f64>,
-    /// Frames meant for tools; the first is the default.
+    /// Frames for tools; the first one is the default.
     pub tool_frames: Vec<String>,
     /// Spheres against the world, by frame in alphabetic order.
     pub world_spheres: Vec<CollisionSphere>,
@@ -102,14 +102,15 @@ enum Names {
 /// Reads an XRDF. `file` is the name used in errors.
 ///
 /// # Errors
-/// [`ModelError`] for bad YAML, another format, a missing or unknown key, a number
-/// that is not finite or out of range, and geometry that refers to itself.
+/// Returns [`ModelError`] for bad YAML, another format, a missing or unknown key, a number that
+/// is not finite or out of range, and geometry that refers to itself.
 pub fn parse(file: &str, text: &str) -> Result<Xrdf, ModelError> {
     let read: File = yaml::parse(file, text)?;
     let reader = Reader { file, text };
     if read.format != "xrdf" {
         return Err(reader.refuse("format", &read.format, "only 'xrdf' is allowed"));
     }
+    // Ignoring modifiers would load another robot than the file describes.
     if read.modifiers.is_some() {
         let advice = "not supported; put its frames into the URDF and remove it";
         return Err(reader.refuse("modifiers", "given", advice));
@@ -179,7 +180,7 @@ impl Reader<'_> {
         Err(self.refuse(key, value, format!("{low} to {high} is allowed")))
     }
 
-    /// Names of controlled joints.
+    /// Checks the names of controlled joints.
     pub(crate) fn check_names(&self, key: &str, names: &[String]) -> Result<(), ModelError> {
         let joints = names.len();
         if joints == 0 || joints > rmp::MAX_JOINTS {
@@ -189,7 +190,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// A list with a number for each of `joints` controlled joints.
+    /// Checks a list with a number for each of `joints` controlled joints.
     pub(crate) fn numbers(
         &self,
         key: &str,
@@ -220,7 +221,7 @@ impl Reader<'_> {
         self.numbers("cspace.jerk_limits", jerk, joints, JERK)
     }
 
-    /// Spheres of a section, clones included, radii grown by its buffers.
+    /// Spheres of a section, clones included, with its buffers added to the radii.
     fn spheres(
         &self,
         section: &str,
@@ -267,6 +268,7 @@ impl Reader<'_> {
             let advice = format!("no such geometry; {}", crate::suggest::advice(name, &known));
             return Err(self.refuse(&key, name, advice));
         };
+        // A geometry that clones itself would never end.
         if open.iter().any(|other| other == name) {
             return Err(self.refuse(&key, name, "it clones itself; remove the circle"));
         }

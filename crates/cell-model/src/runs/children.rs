@@ -1,10 +1,10 @@
-//! The processes of a run, for those that have to end them when the launcher cannot.
+//! The processes of a run, for programs that have to end them if the launcher cannot.
 
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-/// One process of a run: the pid alone could be another's by now.
+/// One process of a run. The pid alone may belong to another process by now.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ChildId {
     /// Its process id.
@@ -14,12 +14,12 @@ pub struct ChildId {
 }
 
 impl ChildId {
-    /// The file with all of them in the run directory `dir`: an array.
+    /// The file with all processes in the run directory `dir`: an array.
     pub fn path(dir: &Path) -> PathBuf {
         dir.join("children.json")
     }
 
-    /// Those written down in `dir`; none where nothing can be read.
+    /// The processes listed in `dir`; none if the file cannot be read.
     pub fn all(dir: &Path) -> Vec<Self> {
         let text = std::fs::read(Self::path(dir)).unwrap_or_default();
         serde_json::from_slice(&text).unwrap_or_default()

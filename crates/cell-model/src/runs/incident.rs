@@ -1,4 +1,4 @@
-//! An incident: what was kept when a process or an arm of a run failed.
+//! An incident: the data kept when a process or an arm of a run failed.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -9,7 +9,7 @@ use ipc_types::topic::Process;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Incidents that are kept of one cell; the oldest is deleted.
+/// Largest number of incidents of one cell on disk; the oldest is deleted.
 pub const KEPT: usize = 32;
 
 /// The ring of the last cycles of `process` in the run directory `dir`.
@@ -17,7 +17,7 @@ pub fn ring_path(dir: &Path, process: &str) -> PathBuf {
     dir.join("blackbox").join(format!("{process}.ring"))
 }
 
-/// What the values are that `process` keeps with each cycle, with units.
+/// Names of the values that `process` keeps with each cycle, with units.
 pub fn value_names(process: Process) -> [&'static str; 4] {
     match process {
         Process::Physics => [
@@ -128,18 +128,18 @@ pub struct Incidents {
 }
 
 impl Incidents {
-    /// In `dir`, which need not exist.
+    /// The incidents in `dir`, which need not exist.
     pub fn at(dir: PathBuf) -> Self {
         Self { dir }
     }
 
-    /// Where the incident `number` is: a directory with `incident.json` and the state
-    /// files its process had.
+    /// Path of the incident `number`: a directory with `incident.json` and the state files of
+    /// its process.
     pub fn path(&self, number: u32) -> PathBuf {
         self.dir.join(number.to_string())
     }
 
-    /// The numbers, in order.
+    /// The numbers of all incidents, in order.
     pub fn numbers(&self) -> Vec<u32> {
         let entries = fs::read_dir(&self.dir).into_iter().flatten().flatten();
         let number = |entry: fs::DirEntry| entry.file_name().to_str()?.parse().ok();
@@ -148,10 +148,10 @@ impl Incidents {
         numbers
     }
 
-    /// What the incident `number` is about.
+    /// The head of the incident `number`.
     ///
     /// # Errors
-    /// Of the file system, and of a file of another version.
+    /// Returns errors of the file system, and one for a file of another version.
     pub fn head(&self, number: u32) -> io::Result<Head> {
         Ok(serde_json::from_slice(&self.bytes(number)?)?)
     }
@@ -167,15 +167,15 @@ impl Incidents {
     /// The incident `number` as JSON text.
     ///
     /// # Errors
-    /// Of the file system.
+    /// Returns errors of the file system.
     pub fn bytes(&self, number: u32) -> io::Result<Vec<u8>> {
         fs::read(self.path(number).join(FILE))
     }
 
-    /// Writes an incident, again when it is complete, and deletes the oldest ones.
+    /// Writes an incident, a second time when it is complete, and deletes the oldest ones.
     ///
     /// # Errors
-    /// Of the file system.
+    /// Returns errors of the file system.
     pub fn save(&self, incident: &Incident) -> io::Result<()> {
         let dir = self.path(incident.head.number);
         fs::create_dir_all(&dir)?;
@@ -192,7 +192,7 @@ impl Incidents {
 const FILE: &str = "incident.json";
 
 impl LoopTrace {
-    /// The values at `percent` % of `of`, and the greatest; 0 for no cycles.
+    /// The value at `percent` % of the sorted `of`, 100 for the largest; 0 without cycles.
     pub fn percentile(of: &[f64], percent: usize) -> f64 {
         let mut sorted = of.to_vec();
         sorted.sort_by(f64::total_cmp);

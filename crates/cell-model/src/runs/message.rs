@@ -1,5 +1,5 @@
-//! Why a task failed, or its newest fault, in one sentence: over restarts of the task, and
-//! from the task to the summary of the run.
+//! The reason for which a task failed, or its newest fault, in one sentence. It is kept over
+//! restarts of the task, and passed from the task to the summary of the run.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -9,15 +9,15 @@ use std::path::{Path, PathBuf};
 pub struct Message(Option<String>);
 
 impl Message {
-    /// That of the run in `dir`, where its task has one.
+    /// The sentence of the run in `dir`, if its task has one.
     pub fn load(dir: &Path) -> Self {
         Self(std::fs::read_to_string(path(dir)).ok())
     }
 
-    /// Writes it for readers at any time.
+    /// Writes the sentence; it can be read at any time.
     ///
     /// # Errors
-    /// Of the file system.
+    /// Returns errors of the file system.
     pub fn save(&self, dir: &Path) -> io::Result<()> {
         match &self.0 {
             Some(text) => super::replace_file(&path(dir), text.as_bytes(), 0o644),
@@ -28,9 +28,11 @@ impl Message {
         }
     }
 
-    /// Takes what a task says after a decision; whether the sentence changed. A task that
-    /// was restarted knows from its checkpoint that it has failed, not why.
+    /// Takes the sentence of a task after a decision; returns whether it changed. A task that
+    /// was restarted knows from its checkpoint that it has failed, but not the reason.
     pub fn update(&mut self, said: Option<&str>, has_failed: bool) -> bool {
+        // The reason of the former start is kept: a restarted task has none, and would clear
+        // it.
         if said == self.0.as_deref() || (said.is_none() && has_failed) {
             return false;
         }

@@ -1,4 +1,4 @@
-//! What a run of a cell is, for the processes that take part in it.
+//! A run of a cell, for the processes that take part in it.
 
 pub mod children;
 pub mod incident;
@@ -22,14 +22,14 @@ use std::io::{self, Write};
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 
-/// Writes `bytes` to `path`, mode `mode`. A reader at any time sees the old or
-/// the new file, never a part.
+/// Writes `bytes` to `path` with mode `mode`. A reader at any time sees the old or the new
+/// file, never a part of it.
 ///
 /// # Errors
-/// When the folder or the file cannot be written.
+/// Returns an error if the folder or the file cannot be written.
 pub fn replace_file(path: &Path, bytes: &[u8], mode: u32) -> io::Result<()> {
     let draft = path.with_extension("draft");
-    // A draft left by a process that was killed may have another mode.
+    // A draft left by a killed process may have another mode, and `create_new` would fail.
     match fs::remove_file(&draft) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
         _ => {}
@@ -40,5 +40,7 @@ pub fn replace_file(path: &Path, bytes: &[u8], mode: u32) -> io::Result<()> {
         .mode(mode)
         .open(&draft)?;
     file.write_all(bytes)?;
+    // A rename within one directory is atomic; the file is not synced, since it has to survive
+    // a kill of the process and not of the machine.
     fs::rename(draft, path)
 }

@@ -1,11 +1,11 @@
-//! Names of phases: what people, scripts and breakpoints call the node `bring[red_1]` of
-//! the arm `left`. A cell of several arms shows `LEFT_BRING_RED_1`, one of a single arm the
-//! node's own name; both are understood in both.
+//! Names of phases: the names that people, scripts and breakpoints use for the node
+//! `bring[red_1]` of the arm `left`. A cell of several arms shows `LEFT_BRING_RED_1`, one of a
+//! single arm the node's own name; both are understood in both.
 
 use ipc_types::text::CUT;
 
-/// The characters of `parts`, as in the phase of a cell with several arms: letters in upper
-/// case and digits, one `_` for everything between them. Allocates nothing.
+/// The characters of `parts`, as in the phase of a cell with several arms: upper case letters
+/// and digits, with one `_` for everything between them. Allocates nothing.
 pub fn chars<'p>(parts: &'p [&'p str]) -> impl Iterator<Item = char> + 'p {
     let all = parts.iter().flat_map(|part| part.chars().chain(['_']));
     let mut is_gap = true;
@@ -17,7 +17,7 @@ pub fn chars<'p>(parts: &'p [&'p str]) -> impl Iterator<Item = char> + 'p {
             (true, true) => None,
         }
     });
-    // The gap behind the last part is none.
+    // No `_` after the last part.
     let mut plain = plain.peekable();
     std::iter::from_fn(move || {
         let next = plain.next()?;
@@ -30,8 +30,8 @@ pub fn of_arm(arm: &str, node: &str) -> String {
     chars(&[arm, node]).collect()
 }
 
-/// Whether `asked` is the phase `shown`, or names the same: in another case, as a node's id,
-/// or with the arm in front. A phase that was cut is compared as far as it goes.
+/// Whether `asked` is the phase `shown`, or another form of its name: in another case, as a
+/// node's id, or with the arm in front. A phase that was cut is compared up to the cut.
 pub fn is_same(asked: &str, shown: &str, arms: &[String]) -> bool {
     let mut arms = arms.iter().map(String::as_str);
     asked == shown
@@ -39,7 +39,7 @@ pub fn is_same(asked: &str, shown: &str, arms: &[String]) -> bool {
         || arms.any(|arm| alike(&[arm, asked], &[shown]) || alike(&[asked], &[arm, shown]))
 }
 
-/// Whether two names are written alike as phases.
+/// Whether two names have the same form as phases.
 pub fn alike(asked: &[&str], shown: &[&str]) -> bool {
     let is_cut = shown.last().is_some_and(|name| name.ends_with(CUT));
     let (mut asked, mut shown) = (chars(asked), chars(shown));

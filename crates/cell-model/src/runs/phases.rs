@@ -1,12 +1,12 @@
-//! Phases a script waits for, and the drawing of the policy that shall enter them.
+//! Phases for which a script waits, and the graph of the policy that shall enter them.
 
 use crate::cells::script::{ScriptLine, Trigger};
 use crate::runs::phase_name;
 use crate::suggest;
 
-/// One warning for each phase of `script` that is not in `drawing`, as the task
-/// program drew the policy of `demo`. No more than a warning: a policy in Rust may
-/// show phases it does not draw.
+/// One warning for each phase of `script` that is not in `drawing`, as the task program drew
+/// the policy of `demo`. Only a warning: a policy in Rust may have phases that it does not
+/// draw.
 pub(super) fn unknown(script: &[ScriptLine], drawing: &str, demo: &str) -> Vec<String> {
     let drawn = plain(drawing);
     let mut asked: Vec<&str> = script.iter().filter_map(phase).collect();
@@ -30,8 +30,8 @@ fn phase(line: &ScriptLine) -> Option<&str> {
     }
 }
 
-/// Phases of several arms begin with the arm. What every policy can show needs no
-/// drawing, and neither does a policy that draws nothing.
+/// Whether a phase is in the graph. Phases of several arms start with the arm. The phases of
+/// every policy, and a policy without a graph, need none.
 fn is_in(phase: &str, drawn: &str) -> bool {
     let of_an_arm = phase.split_once('_').map_or(phase, |(_, rest)| rest);
     drawn.is_empty()
@@ -40,7 +40,7 @@ fn is_in(phase: &str, drawn: &str) -> bool {
         || drawn.contains(of_an_arm)
 }
 
-/// As names of nodes become names of phases.
+/// The form that names of nodes have as phases.
 fn plain(text: &str) -> String {
     phase_name::chars(&[text]).collect()
 }

@@ -1,14 +1,14 @@
-//! Task programs written in Python: how they are started.
+//! Task programs written in Python, and the command that starts them.
 
 use std::ffi::OsString;
 use std::path::Path;
 use std::process::Command;
 
-/// Environment variable that names the Python interpreter of task files. The
-/// `robocell` of the Python package sets it to the interpreter it is installed in.
+/// Environment variable with the Python interpreter of task files. The `robocell` of the Python
+/// package sets it to the interpreter in which it is installed.
 pub const ENV_PYTHON: &str = "ROBOCELL_PYTHON";
 
-/// The interpreter where [`ENV_PYTHON`] names none.
+/// The interpreter if [`ENV_PYTHON`] is not set.
 const PYTHON: &str = "python3";
 
 /// Whether a task program is a Python file.
@@ -18,18 +18,19 @@ pub fn is_file(program: &Path) -> bool {
         .is_some_and(|extension| extension == "py")
 }
 
-/// Name of the policy of a Python file for which the user names none: that of the
-/// file, in at most `most` bytes.
+/// Name of the policy of a Python file if the user gives none: that of the file, in at most
+/// `most` bytes.
 pub fn policy_name(file: &Path, most: usize) -> String {
     let stem = file.file_stem().unwrap_or_default().to_string_lossy();
     let mut end = stem.len().min(most);
+    // A character is not cut in half: the name would not be UTF-8.
     while !stem.is_char_boundary(end) {
         end -= 1;
     }
     stem.get(..end).unwrap_or_default().to_owned()
 }
 
-/// The command that starts a task program; arguments follow.
+/// The command that starts a task program; the caller adds its arguments.
 pub fn command(program: &Path) -> Command {
     if !is_file(program) {
         return Command::new(program);

@@ -1,18 +1,18 @@
-//! What the recorder of a run has to say at its end.
+//! The report of the recorder of a run.
 
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-/// What was recorded and what was not. The recorder writes it into the run directory
-/// when it ends, and as soon as something is wrong; the launcher reads it.
+/// What was recorded and what was not. The recorder writes it into the run directory when it
+/// ends, and as soon as an error occurs; the launcher reads it.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RecordReport {
     /// Messages that were not recorded.
     pub gaps: u64,
     /// Bytes in the file of `--record`; of all parts, if the recorder was restarted.
     pub bytes: u64,
-    /// Why the file, or the flight recorder, is not complete.
+    /// Reason for which the file, or the flight recorder, is incomplete.
     pub error: Option<String>,
     /// Whether the files are closed.
     pub closed: bool,
@@ -27,16 +27,16 @@ impl RecordReport {
         dir.join("record.json")
     }
 
-    /// Of the run in `dir`; `None` while there is none.
+    /// The report of the run in `dir`; `None` while there is none.
     pub fn load(dir: &Path) -> Option<Self> {
         serde_json::from_slice(&std::fs::read(Self::path(dir)).ok()?).ok()
     }
 
-    /// Writes it for readers who look at any time.
+    /// Writes the report; it can be read at any time.
     ///
     /// # Errors
     ///
-    /// Of the file system.
+    /// Returns errors of the file system.
     pub fn save(&self, dir: &Path) -> std::io::Result<()> {
         super::replace_file(&Self::path(dir), &serde_json::to_vec(self)?, 0o644)
     }

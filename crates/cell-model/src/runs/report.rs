@@ -1,8 +1,8 @@
-//! The warnings of a run, the same for every way to run a cell: processes, one process,
-//! many seeds, Python and the page.
+//! The warnings of a run, the same for every way to run a cell: processes, one process, many
+//! seeds, Python and the page.
 //!
-//! Each way has a place of its own to show them, and none decides what is shown. A warning
-//! that only one of them computes is lost in the others.
+//! Each way shows them in a place of its own, and none of them chooses among them. A warning
+//! that only one way computes would be missing in the others.
 
 use crate::cells::script::ScriptLine;
 use crate::{Cell, suggest};
@@ -15,7 +15,7 @@ pub fn of_cell(cell: &Cell) -> Vec<String> {
     let all = cell.arms.iter().flat_map(|arm| &arm.robot.warnings);
     let mut warnings: Vec<String> = Vec::new();
     for warning in all {
-        // Arms of one kind are read from one file.
+        // Arms of one kind are loaded from one file.
         if !warnings.contains(warning) {
             warnings.push(warning.clone());
         }
@@ -23,8 +23,8 @@ pub fn of_cell(cell: &Cell) -> Vec<String> {
     warnings
 }
 
-/// Warnings about a script: phases that are not in `drawing`, which shows the nodes and
-/// states of the policy.
+/// Warnings about a script: phases that are not in `drawing`, which has the nodes and states of
+/// the policy.
 pub fn of_script(script: &[ScriptLine], drawing: &str, cell: &Cell) -> Vec<String> {
     phases::unknown(script, drawing, &cell.name)
 }
@@ -35,12 +35,12 @@ pub fn of_replies(replies: &[ScriptReply]) -> impl Iterator<Item = String> {
     refused.map(ScriptReply::to_string)
 }
 
-/// Kinds of `[task]` whose job is a file, which earlier builds also used as names of their
-/// policies; and the names of these policies now, which the built-in cells use, too.
+/// Kinds of `[task]` whose job is a file. Earlier builds used these names for their policies,
+/// too; the second name is that of the policy now, which the built-in cells also use.
 const FILE_POLICIES: [(&str, &str); 2] = [("tree", "json"), ("machine", "table")];
 
-/// The policy of `known` that `asked` names: one of that name, or the one that an earlier
-/// build called so.
+/// The policy of `known` with the name `asked`, or the one that had this name in an earlier
+/// build.
 pub fn policy_named<'k>(asked: &str, known: &[&'k str]) -> Option<&'k str> {
     let find = |name: &str| known.iter().copied().find(|policy| *policy == name);
     let today = || {
@@ -50,7 +50,7 @@ pub fn policy_named<'k>(asked: &str, known: &[&'k str]) -> Option<&'k str> {
     find(asked).or_else(today)
 }
 
-/// Today's name of a policy in a cell file with a task of `kind`.
+/// The present name of a policy in a cell file with a task of `kind`.
 pub(crate) fn policy_of_kind(kind: &str, policy: String) -> String {
     let known = FILE_POLICIES.iter().find(|(name, _)| *name == kind);
     match known {

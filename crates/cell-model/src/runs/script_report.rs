@@ -1,4 +1,4 @@
-//! What became of the lines of a script.
+//! The results of the lines of a script.
 
 use std::path::{Path, PathBuf};
 
@@ -36,21 +36,21 @@ impl std::fmt::Display for ScriptReply {
     }
 }
 
-/// The file with all of them in the run directory `dir`.
+/// The file with all results in the run directory `dir`.
 fn path(dir: &Path) -> PathBuf {
     dir.join("script.json")
 }
 
-/// Those of the run in `dir`; none while there are none.
+/// The results of the run in `dir`; none while there is no file.
 pub fn load(dir: &Path) -> Vec<ScriptReply> {
     let text = std::fs::read(path(dir)).unwrap_or_default();
     serde_json::from_slice(&text).unwrap_or_default()
 }
 
-/// Writes `replies` for readers at any time.
+/// Writes `replies`; they can be read at any time.
 ///
 /// # Errors
-/// Of the file system.
+/// Returns errors of the file system.
 pub fn save(replies: &[ScriptReply], dir: &Path) -> std::io::Result<()> {
     super::replace_file(&path(dir), &serde_json::to_vec(replies)?, 0o644)
 }

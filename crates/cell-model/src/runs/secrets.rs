@@ -1,4 +1,4 @@
-//! What opens the page of a run.
+//! The secrets that open the page of a run.
 
 use std::fs::{self, File};
 use std::io::{self, Read};
@@ -6,7 +6,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-/// Bytes of each secret.
+/// Bytes of each secret: 128 bits cannot be guessed.
 const BYTES: usize = 16;
 
 /// What opens the page: written by the launcher, mode 0600, kept over restarts
@@ -25,10 +25,10 @@ pub struct PageSecrets {
 }
 
 impl PageSecrets {
-    /// New ones.
+    /// New random secrets.
     ///
     /// # Errors
-    /// When the system has no random numbers.
+    /// Returns an error if the system has no random numbers.
     pub fn random() -> io::Result<Self> {
         Ok(Self {
             operator_token: random()?,
@@ -38,10 +38,10 @@ impl PageSecrets {
         })
     }
 
-    /// The same with another `operator_token`.
+    /// The same secrets with a new `operator_token`.
     ///
     /// # Errors
-    /// When the system has no random numbers.
+    /// Returns an error if the system has no random numbers.
     pub fn with_new_operator_token(&self) -> io::Result<Self> {
         Ok(Self {
             operator_token: random()?,
@@ -49,24 +49,24 @@ impl PageSecrets {
         })
     }
 
-    /// Name of the cookie of a page at `port`. The ports of a host share their cookies,
-    /// so the name tells the cells apart.
+    /// Name of the cookie of a page at `port`. All ports of a host share their cookies, so the
+    /// name distinguishes the cells.
     pub fn cookie_name(port: u16) -> String {
         format!("robocell_{port}")
     }
 
-    /// Writes them to `path`, mode 0600.
+    /// Writes the secrets to `path`, mode 0600.
     ///
     /// # Errors
-    /// Of the file system.
+    /// Returns errors of the file system.
     pub fn save(&self, path: &Path) -> io::Result<()> {
         super::replace_file(path, &serde_json::to_vec(self)?, 0o600)
     }
 
-    /// Those at `path`.
+    /// Reads the secrets at `path`.
     ///
     /// # Errors
-    /// When the file is missing or not of this version.
+    /// Returns an error if the file is missing or not of this version.
     pub fn load(path: &Path) -> io::Result<Self> {
         Ok(serde_json::from_slice(&fs::read(path)?)?)
     }

@@ -1,5 +1,5 @@
-//! What one run of a cell is: written by the launcher into the run directory,
-//! read by every process at its start.
+//! One run of a cell: written by the launcher into the run directory, read by every process at
+//! its start.
 
 use std::path::{Path, PathBuf};
 
@@ -16,17 +16,17 @@ use crate::runs::wire;
 
 pub use super::secrets::PageSecrets;
 
-/// Written beside the run file by a run in one process when it has come to its end.
+/// Written beside the run file by a run in one process when it has ended.
 pub const ENDED_FILE: &str = "ended";
 
-/// How simulated time goes.
+/// The pace of simulated time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Speed {
     /// One tick each millisecond; late messages are late.
     #[default]
     RealTime,
-    /// Lockstep as fast as it goes: physics waits for every process.
+    /// Lockstep at the largest speed: physics waits for every process.
     Max,
     /// Lockstep, paced at this multiple of real time.
     Factor(f64),
@@ -38,7 +38,7 @@ impl Speed {
         self != Self::RealTime
     }
 
-    /// Simulated seconds per second; 0 for as fast as it goes.
+    /// Simulated seconds per second; 0 for the largest speed.
     pub fn factor(self) -> f64 {
         match self {
             Self::RealTime => 1.0,
@@ -47,7 +47,7 @@ impl Speed {
         }
     }
 
-    /// The speed whose [`Self::factor`] that is, if it is allowed.
+    /// The speed with this [`Self::factor`], if it is allowed.
     pub fn of_factor(factor: f64) -> Option<Self> {
         match factor {
             0.0 => Some(Self::Max),
@@ -66,6 +66,7 @@ impl std::str::FromStr for Speed {
             "1" => Ok(Self::RealTime),
             "max" => Ok(Self::Max),
             _ => match text.parse::<f64>() {
+                // `1.0` is real time, too: as a factor it would be lockstep at the same pace.
                 Ok(1.0) => Ok(Self::RealTime),
                 Ok(factor) if (0.01..=50.0).contains(&factor) => Ok(Self::Factor(factor)),
                 _ => Err(format!(
@@ -86,8 +87,8 @@ struct Contract {
 /// One run of a cell.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunSpec {
-    /// What the processes of the run have in common: [`wire::contract`] of the launcher.
-    /// Empty in runs of before it.
+    /// Contract between the processes of the run: [`wire::contract`] of the launcher. Empty in
+    /// run files of older builds.
     #[serde(default)]
     pub contract: String,
     /// Identity of the run, never 0; in every message.
@@ -100,17 +101,17 @@ pub struct RunSpec {
     pub policy: String,
     /// Seed of everything random.
     pub seed: u64,
-    /// How simulated time goes.
+    /// Pace of simulated time.
     pub speed: Speed,
-    /// Folder with `cells/` and `robots/`; the built-in files where missing.
+    /// Folder with `cells/` and `robots/`; `None` for the built-in files.
     pub data_dir: Option<PathBuf>,
-    /// The program of the task, where it is not the built-in one.
+    /// The program of the task, if it is not the built-in one.
     #[serde(default)]
     pub task_program: Option<PathBuf>,
-    /// By arm: the program with its controllers, where it is not the built-in one.
+    /// By arm: the program with its controllers, if it is not the built-in one.
     #[serde(default)]
     pub controller_programs: Vec<Option<PathBuf>>,
-    /// Where the launcher put the built-in files for the processes of this run.
+    /// Folder in which the launcher put the built-in files for the processes of this run.
     #[serde(default)]
     pub built_in_dir: PathBuf,
     /// The run directory.
@@ -125,28 +126,28 @@ pub struct RunSpec {
     pub robot: Option<RobotFiles>,
     /// Script, in the order of its lines.
     pub script: Vec<ScriptLine>,
-    /// Set the scene up and wait for resume.
+    /// Whether to set up the scene and wait for resume.
     pub paused: bool,
-    /// Bins the job is about; all of the cell where missing.
+    /// Number of bins for the job; `None` for all of the cell.
     #[serde(default)]
     pub bins: Option<u32>,
-    /// Numbers in place of those of the cell file.
+    /// Settings that replace numbers of the cell file.
     #[serde(default)]
     pub set: Vec<Setting>,
     /// Leaves of the task's tree that answer without being run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub replace: Vec<Replace>,
-    /// End the run when the task is done or has failed.
+    /// Whether to end the run when the task is done or has failed.
     pub until_done: bool,
-    /// End the run at this simulated time at the latest (s).
+    /// Latest simulated time at which the run ends (s).
     pub time_limit_s: Option<f64>,
-    /// Try for real-time scheduling and locked memory.
+    /// Whether to try real-time scheduling and locked memory.
     pub real_time: bool,
     /// The page; `None` with `--headless`.
     pub page: Option<PageSpec>,
     /// The flight recorder.
     pub record: RecordSpec,
-    /// Where incidents of the cell are kept.
+    /// Directory of the incidents of the cell.
     #[serde(default)]
     pub incidents_dir: PathBuf,
     /// Warnings about the inputs of the run, for the page; see [`super::report`].
@@ -154,37 +155,37 @@ pub struct RunSpec {
     pub warnings: Vec<String>,
 }
 
-/// Where the page is served.
+/// Address and files of the page.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PageSpec {
     /// Address and port to listen at.
     pub address: std::net::SocketAddr,
-    /// Name by which other machines reach it, beside its addresses.
+    /// Name by which other machines reach it, in addition to its addresses.
     #[serde(default)]
     pub host: Option<String>,
-    /// The built page; the embedded one where missing.
+    /// The built page; `None` for the embedded one.
     pub dist: Option<PathBuf>,
-    /// What to do when there is no page, for people.
+    /// Advice for people if there is no page.
     pub hint: String,
     /// [`PageSecrets`] of the run, readable by its owner only.
     pub secrets: PathBuf,
 }
 
-/// What the recorder keeps.
+/// Settings of the recorder.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RecordSpec {
     /// Directory of the flight recorder's ring.
     pub flight_dir: PathBuf,
-    /// Bytes the ring may take.
+    /// Largest size of the ring (bytes).
     pub limit_bytes: u64,
-    /// File that keeps the whole run, with `--record`.
+    /// File with the whole run, with `--record`.
     pub file: Option<PathBuf>,
 }
 
 /// A run file that cannot be read or written.
 #[derive(Debug, thiserror::Error)]
 pub enum RunSpecError {
-    /// The file system said no.
+    /// An error of the file system.
     #[error("{path}: {source}; the launcher writes this file, start the cell with `robocell run`")]
     Io {
         /// The file.
@@ -200,7 +201,7 @@ pub enum RunSpecError {
         /// Why.
         source: serde_json::Error,
     },
-    /// Of a launcher that speaks another language.
+    /// Of a launcher with another contract.
     #[error(
         "this program is of robocell {ours}, the cell of {theirs}; use the program, or the wheel, that \
          belongs to the cell"
@@ -227,6 +228,8 @@ impl RunSpec {
             path: path.to_owned(),
             source,
         };
+        // The contract is read alone first: the rest of another version may not even parse, and
+        // its error would name a key instead of the reason.
         let Contract { contract: theirs } = serde_json::from_str(&text).map_err(format)?;
         let ours = wire::contract();
         if theirs != ours {
@@ -239,16 +242,15 @@ impl RunSpec {
         serde_json::from_str(&text).map_err(format)
     }
 
-    /// The cell of the run, as every process of it sees it.
+    /// The cell of the run, as every process of it has it.
     ///
     /// # Errors
-    /// [`ModelError`] for an unknown demo and for any file that is wrong.
+    /// Returns [`ModelError`] for an unknown demo, and for the first file with an error.
     pub fn load_cell(&self) -> Result<Cell, ModelError> {
         self.load_cell_from(&Data::dir(&self.built_in_dir))
     }
 
-    /// The cell of the run; what the user gave no folder for is taken from
-    /// `built_in`.
+    /// The cell of the run; without a folder of the user the files are those of `built_in`.
     ///
     /// # Errors
     /// As [`RunSpec::load_cell`].
@@ -256,13 +258,13 @@ impl RunSpec {
         self.load_cell_of(&self.data(built_in))
     }
 
-    /// Where the files of the run are; what the user gave no folder for is in `built_in`.
+    /// The source of the files of the run; without a folder of the user it is `built_in`.
     pub fn data(&self, built_in: &Data) -> Data {
         let data = self.data_dir.as_ref().map(Data::dir);
         data.map_or_else(|| built_in.clone(), |data| data.with_robots_of(built_in))
     }
 
-    /// The cell of the run, of the files in `data`.
+    /// The cell of the run, from the files in `data`.
     ///
     /// # Errors
     /// As [`RunSpec::load_cell`].

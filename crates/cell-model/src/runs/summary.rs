@@ -1,4 +1,4 @@
-//! What a run ended with, as printed by `--json`.
+//! The summary of a run, as printed by `--json`.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -96,18 +96,18 @@ pub struct RunSummary {
     pub script_replies: Vec<ScriptReply>,
 }
 
-/// What is known of a run beside its messages.
+/// Facts of a run beside its messages.
 #[derive(Clone, Copy, Debug)]
 pub struct RunFacts<'a> {
     /// Name of the demo.
     pub demo: &'a str,
-    /// Name of the policy the run began with.
+    /// Name of the policy with which the run started.
     pub policy: &'a str,
     /// Seed of the run.
     pub seed: u64,
     /// Names of the objects, in the order of the cell file.
     pub objects: &'a [String],
-    /// Time it took (s).
+    /// Wall time (s).
     pub wall_time_s: f64,
     /// Starts of the task after the first.
     pub task_restarts: u32,
@@ -123,6 +123,8 @@ impl RunSummary {
             Some(Outcome::Failed) => RunOutcome::Failed,
             _ => RunOutcome::Timeout,
         };
+        // The decision names the policy that ran last: a task can be restarted with another
+        // one.
         let policy = decision.policy.as_str();
         let placed =
             &decision.placed[..(decision.placed_count as usize).min(decision.placed.len())];
@@ -164,7 +166,8 @@ impl RunSummary {
         }
     }
 
-    /// Adds why the run did not end done: `told` by the task, else the words of the reason.
+    /// Adds the reason for which the run did not end done: `told` of the task, or else the
+    /// words of its reason code.
     #[must_use]
     pub fn with_message(mut self, told: Option<&str>) -> Self {
         let words = || self.reason.as_ref().map(|reason| reason.replace('_', " "));
@@ -175,7 +178,7 @@ impl RunSummary {
         self
     }
 
-    /// Takes over what the recorder says.
+    /// Takes over the report of the recorder.
     pub fn set_record(&mut self, report: RecordReport) {
         self.record_gaps = report.gaps;
         self.record_bytes = report.bytes;

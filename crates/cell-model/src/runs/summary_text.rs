@@ -16,7 +16,7 @@ impl Display for RunSummary {
         if let Some(reason) = &self.reason {
             write!(f, " ({reason})")?;
         }
-        // A task without a sentence of its own has the words of the reason.
+        // The words of the reason are not repeated for a task without a sentence of its own.
         let words = self.reason.as_ref().map(|reason| reason.replace('_', " "));
         if let Some(message) = self.message.as_ref().filter(|_| self.message != words) {
             write!(f, ": {message};")?;
@@ -58,7 +58,7 @@ impl Display for RunSummary {
     }
 }
 
-/// What had to be done again.
+/// What had to be recovered from.
 fn recoveries(summary: &RunSummary) -> String {
     let named = [
         many(summary.drops, "drop", "drops"),
@@ -80,8 +80,8 @@ fn recoveries(summary: &RunSummary) -> String {
     }
 }
 
-/// Restarts of each process. A summary of a run without processes of its own knows the
-/// task alone.
+/// Restarts of each process. The summary of a run without processes of its own has those of the
+/// task only.
 fn restarts(summary: &RunSummary) -> Vec<String> {
     let of = |(process, count): (&str, u32)| {
         let (one, more) = (format!("{process} restart"), format!("{process} restarts"));
@@ -92,7 +92,7 @@ fn restarts(summary: &RunSummary) -> Vec<String> {
     all.chain(task).filter_map(of).collect()
 }
 
-/// A count with its word; nothing for none.
+/// A count with its word; `None` for 0.
 fn many(count: u32, one: &str, more: &str) -> Option<String> {
     match count {
         0 => None,

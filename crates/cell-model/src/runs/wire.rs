@@ -1,4 +1,4 @@
-//! What travels between the processes, as JSON: for programs in other languages.
+//! The messages between the processes as JSON, for programs in other languages.
 
 use ipc_types::arm::{StopAction, StopCause};
 use ipc_types::contact::BodyKind;
@@ -17,12 +17,11 @@ use ipc_types::{
 };
 use serde_json::{Map, Value, json};
 
-/// All structs, codes and constants of the wire, and the message of each topic:
-/// `{"version", "contract", "byte_order", "constants": {NAME: number}, "codes": {TYPE: {NAME:
-/// number}}, "topics": {SERVICE: MESSAGE}, "structs": {NAME: {"size", "schema",
-/// "fields": [{"name", "type", "count", "offset"}]}}}`. `schema` has 16 hexadecimal
-/// digits; iceoryx2 knows a message as `NAME#SCHEMA`. Offsets are in bytes; there is
-/// no padding.
+/// All structs, codes and constants of the wire, and the message of each topic: `{"version",
+/// "contract", "byte_order", "constants": {NAME: number}, "codes": {TYPE: {NAME: number}},
+/// "topics": {SERVICE: MESSAGE}, "structs": {NAME: {"size", "schema", "fields": [{"name",
+/// "type", "count", "offset"}]}}}`. `schema` has 16 hexadecimal digits; the name of a message
+/// in iceoryx2 is `NAME#SCHEMA`. Offsets are in bytes; there is no padding.
 pub fn schema() -> Value {
     json!({
         "version": env!("CARGO_PKG_VERSION"),
@@ -43,8 +42,8 @@ pub fn schema() -> Value {
     })
 }
 
-/// What processes of one cell have in common: the version of robocell, and a hash of all
-/// messages. Programs with another one do not understand each other.
+/// The contract of the processes of one cell: the version of robocell, and a hash of all
+/// messages. Programs with different contracts cannot communicate.
 pub fn contract() -> String {
     const FNV_PRIME: u64 = 0x0000_0100_0000_01b3;
     let messages = [
@@ -61,6 +60,7 @@ pub fn contract() -> String {
         OperatorReply::SCHEMA,
     ];
     let mix = |hash: u64, schema: u64| (hash ^ schema).wrapping_mul(FNV_PRIME);
+    // A chain, not a sum: exchanging two messages changes the hash, too.
     let hash = messages.into_iter().fold(0, mix);
     format!("{} (messages {hash:016x})", env!("CARGO_PKG_VERSION"))
 }

@@ -1,4 +1,4 @@
-//! The arguments the launcher starts every process with.
+//! The arguments with which the launcher starts every process.
 
 use std::path::PathBuf;
 
@@ -7,13 +7,13 @@ use std::path::PathBuf;
 pub struct WorkerArgs {
     /// The run file.
     pub spec: PathBuf,
-    /// Which start of this process it is, from 1 up.
+    /// Number of the start of this process, from 1.
     pub generation: u32,
-    /// Which arm, for a controller.
+    /// Index of the arm, for a controller.
     pub arm: u8,
 }
 
-/// How to start a process.
+/// An error in the arguments, with the way to start the program.
 #[derive(Debug, thiserror::Error)]
 #[error(
     "{0}; the launcher starts this program as `--spec RUN_DIR/run.json --generation N [--arm I]`, people start `robocell run DEMO`"
@@ -21,7 +21,7 @@ pub struct WorkerArgs {
 pub struct WorkerArgsError(String);
 
 impl WorkerArgs {
-    /// Reads the arguments after the program's name.
+    /// Parses the arguments after the program's name.
     pub fn parse(arguments: impl Iterator<Item = String>) -> Result<Self, WorkerArgsError> {
         let mut arguments = arguments;
         let (mut spec, mut generation, mut arm) = (None, None, 0);

@@ -1,4 +1,4 @@
-//! YAML with errors a person can act on: file, line, key, "did you mean".
+//! YAML with errors that a person can act on: file, line, key, "did you mean".
 
 use serde::de::DeserializeOwned;
 use serde_saphyr::Error;
@@ -32,7 +32,7 @@ fn explain(file: &str, error: &Error) -> ModelError {
     ModelError::Syntax { place, message }
 }
 
-/// A value that is not allowed, with the line of its key.
+/// The refusal of a value, with the line of its key.
 pub(crate) fn refuse(
     file: &str,
     text: &str,
@@ -48,8 +48,8 @@ pub(crate) fn refuse(
     )
 }
 
-/// Line of a dotted key path in block style: each part is looked for after the
-/// one before. Indices in brackets are passed over.
+/// Line of a dotted key path in block style: each part is searched for after the one before.
+/// Indices in brackets are skipped.
 pub(crate) fn line_of(text: &str, path: &str) -> Option<usize> {
     let mut lines = text.lines().enumerate();
     let mut found = None;

@@ -1,4 +1,4 @@
-//! Joints of a URDF: type, limits, and which joint they copy.
+//! Joints of a URDF: type, limits, and the joint that they copy.
 
 use roxmltree::Node;
 
@@ -91,8 +91,7 @@ impl Cleaner<'_, '_> {
         ModelError::value(place, key, value, allowed)
     }
 
-    /// Its type, which has to be one of [`TYPES`]: what a joint of another one does is not
-    /// guessed.
+    /// Its type, which has to be one of [`TYPES`]: the meaning of another one is not guessed.
     fn joint_type<'b>(&self, joint: Node<'b, '_>, name: &str) -> Result<&'b str, ModelError> {
         let key = format!("joint '{name}': type");
         let advice = match joint.attribute("type") {
@@ -119,7 +118,7 @@ impl Cleaner<'_, '_> {
         Err(self.refuse(joint, key, stated, allowed))
     }
 
-    /// The number of an attribute of a limit; `None` where there is no such attribute.
+    /// The number of an attribute of a limit; `None` if there is no such attribute.
     fn limit_number(
         &self,
         limit: Option<Node<'_, '_>>,
@@ -160,7 +159,7 @@ impl Cleaner<'_, '_> {
         Ok((kind, taken.range))
     }
 
-    /// Limit of velocity or effort; 0 stands for none.
+    /// Limit of velocity or effort; 0 means none.
     fn rate(
         &mut self,
         limit: Option<Node<'_, '_>>,
@@ -179,7 +178,7 @@ impl Cleaner<'_, '_> {
         Ok(taken)
     }
 
-    /// Reports the soft limits of a joint where they are within its limits.
+    /// Reports the soft limits of a joint if they are within its limits.
     fn soft_limits(&mut self, joint: Node<'_, '_>, name: &str, kind: &str, range: Range) {
         let Some(safety) = elements(joint, "safety_controller").next() else {
             return;
@@ -197,7 +196,7 @@ impl Cleaner<'_, '_> {
         }
     }
 
-    /// The joint that is copied, with multiplier and offset.
+    /// The copied joint, with multiplier and offset.
     fn mimic<'b>(
         &mut self,
         joint: Node<'b, '_>,
@@ -216,6 +215,8 @@ impl Cleaner<'_, '_> {
                 return Ok(Some((other, multiplier, offset)));
             }
         };
+        // Ignored with a warning: the joint then moves on its own, as the rest of the file
+        // describes it.
         self.warn(
             mimic,
             format_args!("joint '{name}': mimic of joint '{other}', {reason}, is ignored"),
@@ -248,7 +249,8 @@ impl Cleaner<'_, '_> {
         })
     }
 
-    /// Numbers that decide where the robot is.
+    /// Numbers that decide the robot's kinematics: an unreadable one is an error, not a
+    /// default.
     fn joint_vector(
         &self,
         node: Node<'_, '_>,

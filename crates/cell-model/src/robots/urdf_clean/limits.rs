@@ -1,4 +1,4 @@
-//! Limits of joints as they are taken: a file may state none, endless ones, or degrees.
+//! The limits of joints that are used: a file may have none, infinite ones, or degrees.
 
 use std::f64::consts::TAU;
 
@@ -9,9 +9,9 @@ use crate::robots::load::{EFFORT, SLIDE_VELOCITY, TURN_VELOCITY};
 use crate::robots::urdf::CONTINUOUS_TURNS;
 use crate::robots::urdf_check::{MAX_COORDINATE, MAX_QUANTITY};
 
-/// How far a sliding joint goes to a side without a limit (m).
+/// Travel to one side of a prismatic joint without a limit (m).
 const SLIDE_M: f64 = 1.0;
-/// A joint that turns farther than this (rad) is rare, and less than [`DEGREES`] degrees are
+/// Few joints turn farther than this (rad), while ranges of less than [`DEGREES`] degrees are
 /// usual.
 const TURNS: f64 = CONTINUOUS_TURNS * TAU;
 const DEGREES: f64 = 720.0;
@@ -43,7 +43,7 @@ impl Range {
         self.lower.abs().max(self.upper.abs())
     }
 
-    /// Too far for radians, and usual in degrees.
+    /// Whether it is too far for radians, and usual in degrees.
     fn looks_like_degrees(self) -> bool {
         self.is_sound() && self.farthest() > TURNS && self.farthest() <= DEGREES
     }
@@ -56,8 +56,8 @@ impl Range {
     }
 }
 
-/// Whether limits of most joints that turn look like degrees: of a single one such numbers
-/// stand for no limit, too.
+/// Whether the limits of most revolute joints look like degrees; in a single joint such numbers
+/// may also mean no limit.
 pub(super) fn in_degrees(robot: Node<'_, '_>) -> bool {
     let (mut suspicious, mut sound) = (0, 0);
     for joint in elements(robot, "joint") {
@@ -79,15 +79,15 @@ pub(super) fn in_degrees(robot: Node<'_, '_>) -> bool {
     suspicious > sound
 }
 
-/// Limits that are used.
+/// The limits that are used.
 pub(super) struct Taken {
     pub(super) range: Range,
-    /// There are none, and the joint turns.
+    /// Whether there are none, and the joint turns.
     pub(super) turns_on: bool,
     pub(super) warning: Option<String>,
 }
 
-/// What is taken for the limits that a file states.
+/// The limits that are used for those of a file.
 pub(super) fn taken(stated: Range, slides: bool, in_degrees: bool) -> Taken {
     let Range { lower, upper } = stated;
     let as_stated = |warning| Taken {
@@ -110,7 +110,8 @@ pub(super) fn taken(stated: Range, slides: bool, in_degrees: bool) -> Taken {
             warning: Some(warning),
         };
     }
-    // Contradictory limits are refused as they are stated.
+    // Contradictory limits are passed on, so that they are refused with the numbers of the
+    // file.
     if !is_missing && (!stated.is_sound() || is_open == (false, false)) {
         let doubt = format!("limits {lower} to {upper} rad: degrees? they are taken as radians");
         return as_stated(suspects.then_some(doubt));
@@ -149,7 +150,7 @@ pub(super) fn taken(stated: Range, slides: bool, in_degrees: bool) -> Taken {
     }
 }
 
-/// What is taken for a limit of velocity or effort, 0 being none.
+/// The limit of velocity or effort that is used; 0 means none.
 pub(super) fn rate_taken(
     stated: f64,
     key: &str,

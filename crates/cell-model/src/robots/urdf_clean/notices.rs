@@ -1,9 +1,9 @@
-//! Warnings that many joints of one file cause: one line for each kind.
+//! Warnings that many joints of a file cause: one line for each kind.
 
-/// Joints that a warning names.
+/// Number of joints that a warning names.
 const NAMED: usize = 6;
 
-/// What was noticed, in the order of the file.
+/// The notices, in the order of the file.
 #[derive(Default)]
 pub(super) struct Notices {
     kinds: Vec<Notice>,
@@ -17,7 +17,7 @@ struct Notice {
 }
 
 impl Notices {
-    /// `what` is the case for `joint`.
+    /// Adds `joint` to the notice `what`.
     pub(super) fn add(&mut self, line: usize, joint: String, what: String) {
         let known = self.kinds.iter().position(|notice| notice.what == what);
         let place = known.unwrap_or_else(|| {

@@ -3,13 +3,13 @@
 use nalgebra::{Matrix3, SymmetricEigen};
 use roxmltree::{Document, Node};
 
-/// Prefixes of other formats that a URDF may use without declaring them.
+/// Largest number of undeclared prefixes of other formats in a URDF.
 const MAX_PREFIXES: usize = 16;
 /// Largest multiplier and offset of a joint that copies another one.
 pub(super) const MAX_MIMIC: f64 = 100.0;
 
-/// Blanks an XML declaration that is not at the start of the file, where the parser refuses
-/// it. Line numbers do not change.
+/// Blanks an XML declaration that is not at the start of the file, where the parser would
+/// refuse it. Line numbers do not change.
 pub(super) fn without_late_declaration(text: &str) -> String {
     match text.find("<?xml") {
         Some(at) if at > 0 => {
@@ -21,7 +21,7 @@ pub(super) fn without_late_declaration(text: &str) -> String {
     }
 }
 
-/// Declares prefixes that the parser would refuse.
+/// Declares the prefixes that the parser would refuse.
 pub(super) fn declare_prefixes(text: &str) -> String {
     let mut text = text.to_owned();
     for _ in 0..MAX_PREFIXES {
@@ -33,8 +33,8 @@ pub(super) fn declare_prefixes(text: &str) -> String {
     text
 }
 
-/// Elements of the URDF itself: those in the namespace of `owner`, which most files leave
-/// out. Others belong to other formats.
+/// Elements of the URDF itself: those in the namespace of `owner`, which most files leave out.
+/// Others belong to other formats.
 pub(super) fn elements<'a, 'input>(
     owner: Node<'a, 'input>,
     tag: &'static str,
@@ -49,8 +49,8 @@ pub(super) fn number(node: Node<'_, '_>, key: &str) -> Option<f64> {
     node.attribute(key)?.trim().parse().ok()
 }
 
-/// Three numbers; zeros where there is no such attribute. What is there instead is the
-/// error.
+/// Three numbers; zeros if there is no such attribute. The error is the text that is not three
+/// numbers.
 pub(super) fn vector(node: Node<'_, '_>, key: &str) -> Result<Vec<f64>, String> {
     let Some(text) = node.attribute(key) else {
         return Ok(vec![0.0; 3]);
@@ -66,7 +66,7 @@ pub(super) fn vector(node: Node<'_, '_>, key: &str) -> Result<Vec<f64>, String> 
     }
 }
 
-/// A shape as the parser takes it; a mesh only stands for one that is left out.
+/// A shape in the form of the parser; a mesh is a placeholder for one that is left out.
 pub(super) fn shape_text(shape: Node<'_, '_>) -> Option<String> {
     let of = |key: &str| shape.attribute(key).unwrap_or("0").trim().parse::<f64>();
     match shape.tag_name().name() {
@@ -84,11 +84,11 @@ pub(super) fn shape_text(shape: Node<'_, '_>) -> Option<String> {
     }
 }
 
-/// Least moment of inertia about an axis, as a part of the greatest one.
+/// Smallest moment of inertia about an axis, as a share of the largest one.
 const LEAST_MOMENT: f64 = 1.0e-6;
 
-/// An inertia without an axis about which it is zero, as that of a rod of no width is: the
-/// engine's inverse of such a one is not finite.
+/// An inertia without an axis about which it is zero, as that of a rod without width: the
+/// engine's inverse of such an inertia is not finite.
 pub(super) fn with_moments(inertia: [f64; 6]) -> [f64; 6] {
     let matrix = matrix_of(&inertia);
     if !matrix.iter().all(|value| value.is_finite()) {
@@ -115,8 +115,8 @@ fn matrix_of([ixx, ixy, ixz, iyy, iyz, izz]: &[f64; 6]) -> Matrix3<f64> {
     Matrix3::new(*ixx, *ixy, *ixz, *ixy, *iyy, *iyz, *ixz, *iyz, *izz)
 }
 
-/// Identified inertias miss definiteness by rounding only. What is not finite is refused
-/// later.
+/// Whether an inertia is positive within rounding, by which identified inertias may miss it.
+/// One that is not finite is refused later.
 pub(super) fn is_positive(inertia: &[f64; 6]) -> bool {
     let matrix = matrix_of(inertia);
     if !matrix.iter().all(|value| value.is_finite()) {

@@ -1,22 +1,22 @@
-//! Tells a xacro file, the template of a URDF, from a URDF.
+//! Distinguishes a xacro file, the template of a URDF, from a URDF.
 
 use roxmltree::{Document, Node};
 
 use crate::error::{Location, ModelError};
 
-/// Elements that `xacro` leaves no trace of and that change nothing by themselves.
+/// Elements that `xacro` removes and that have no effect alone.
 const WITHOUT_EFFECT: [&str; 2] = ["property", "arg"];
 
-/// What a substitution `$(..)` begins with.
+/// Starts of a substitution `$(..)`.
 const COMMANDS: [&str; 7] = [
     "find ", "arg ", "env ", "optenv ", "eval ", "dirname", "anon ",
 ];
 
-/// Refuses a file that still has elements or values for `xacro`: what they stand for is
+/// Refuses a file that still has elements or values for `xacro`: their replacements are
 /// missing.
 ///
 /// # Errors
-/// [`ModelError::Syntax`] with the line of the first of them.
+/// Returns [`ModelError::Syntax`] with the line of the first of them.
 pub(super) fn refuse(file: &str, document: &Document<'_>) -> Result<(), ModelError> {
     let Some((node, found)) = document.descendants().find_map(evidence) else {
         return Ok(());
@@ -35,7 +35,7 @@ pub(super) fn refuse(file: &str, document: &Document<'_>) -> Result<(), ModelErr
 fn is_template(key: &str, value: &str) -> bool {
     let mut calls = value.split("$(").skip(1);
     let is_command = |call: &str| COMMANDS.iter().any(|command| call.starts_with(command));
-    // Names of meshes do not matter here.
+    // Names of meshes do not matter here: meshes are left out of a URDF.
     value.contains("${") || (key != "filename" && calls.any(is_command))
 }
 
@@ -48,6 +48,6 @@ fn evidence<'a, 'input>(node: Node<'a, 'input>) -> Option<(Node<'a, 'input>, Str
     let value = node
         .attributes()
         .find(|one| is_template(one.name(), one.value()))?;
-    // A property that nothing uses may be defined by another one.
+    // A property that is not used may be defined by another one.
     (!is_of_xacro).then(|| (node, format!("{}=\"{}\"", value.name(), value.value())))
 }
