@@ -72,7 +72,7 @@ pub enum ModelError {
         /// The nearest known key, or all of them.
         advice: String,
     },
-    /// A value outside what is allowed.
+    /// A value outside of the allowed ones.
     #[error("{place}: {key} is {value}; {allowed}")]
     Value {
         /// Where.
@@ -81,7 +81,7 @@ pub enum ModelError {
         key: String,
         /// The value found.
         value: String,
-        /// What is allowed and what to do.
+        /// The allowed values, and advice.
         allowed: String,
     },
     /// An unknown name.
@@ -105,7 +105,7 @@ pub enum ModelError {
 }
 
 impl ModelError {
-    /// A value outside what is allowed.
+    /// A value outside of the allowed ones.
     pub(crate) fn value(
         place: Location,
         key: impl Into<String>,

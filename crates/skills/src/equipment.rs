@@ -48,8 +48,7 @@ impl Skill for Conveyor {
 
 impl Skill for AddBin {
     fn step(&self, _progress: &mut Progress, world: &mut World<'_>) -> Status {
-        // A counter: physics serves what it grew by, so a repeated message requests nothing
-        // twice.
+        // A counter: physics serves its increase, so a repeated message requests nothing twice.
         world.job.io.add_bin += 1;
         Status::Success
     }

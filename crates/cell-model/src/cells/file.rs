@@ -46,7 +46,7 @@ pub struct CellFile {
     /// the task paused. Where this is false, the job restarts at once from where the arms are.
     #[serde(default = "yes")]
     pub reset_pauses: bool,
-    /// What is less than ideal.
+    /// Disturbances of observation and drives.
     #[serde(default)]
     pub disturbance: Disturbance,
     /// The job.
@@ -78,7 +78,7 @@ pub struct Disturbance {
 pub struct Camera {
     /// Location of the eye (m).
     pub eye_m: [f64; 3],
-    /// What it looks at (m).
+    /// Target of the view (m).
     pub target_m: [f64; 3],
 }
 
@@ -166,7 +166,7 @@ pub struct ConveyorTable {
     pub fixture: String,
     /// Velocity of its surface while it runs, world frame (m/s).
     pub velocity_m_s: [f64; 3],
-    /// What it brings.
+    /// The objects that it brings.
     #[serde(default)]
     pub supply: Option<SupplyTable>,
 }

@@ -40,7 +40,7 @@ pub fn value_names(process: Process) -> [&'static str; 4] {
 /// One incident. Times are milliseconds after its first event.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Incident {
-    /// What it is about.
+    /// Number, cause and run of the incident.
     #[serde(flatten)]
     pub head: Head,
     /// What happened, in order.

@@ -1,4 +1,4 @@
-//! What is wrong with a URDF is said with its name, never with a panic.
+//! Errors of a URDF are reported with a name, never with a panic.
 
 use cell_model::robots::urdf;
 

@@ -1,5 +1,5 @@
-//! Joints that copy another one: which are refused, what is controlled in their place, and
-//! the limits that both have in common.
+//! Joints that copy another one: the refused ones, the joint that is controlled in their place,
+//! and the limits that both have in common.
 
 use std::path::PathBuf;
 
@@ -8,7 +8,7 @@ use cell_model::{Robot, RobotFiles};
 
 const LIMIT: &str = "<limit lower='-2' upper='2' velocity='2' effort='50'/>";
 
-/// A chain of joints `j1`, `j2`, .. on lines 3, 4, .. with what is in each.
+/// A chain of joints `j1`, `j2`, .. on lines 3, 4, .. with these contents.
 fn chain(inner: &[&str]) -> String {
     let count = inner.len();
     let links: Vec<String> = (0..=count)

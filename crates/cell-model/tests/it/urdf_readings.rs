@@ -1,5 +1,5 @@
-//! How numbers, types and templates of a URDF are read: what is refused by line and joint,
-//! what is taken with a warning, and what it says.
+//! Numbers, types and templates of a URDF: those refused by line and joint, and those accepted
+//! with a warning and its text.
 
 use std::f64::consts::{PI, TAU};
 

@@ -1,4 +1,4 @@
-//! Contacts of the arm with what it is not to touch.
+//! Contacts of the arm with objects that it must not touch.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -21,7 +21,7 @@ pub(crate) struct Touches {
     objects: Vec<String>,
     /// What the cup held last: its face may touch that.
     last_held: Option<usize>,
-    /// By what is not to be touched, and the link.
+    /// By the object that must not be touched, and the link.
     seen: BTreeMap<(String, usize), Touch>,
 }
 

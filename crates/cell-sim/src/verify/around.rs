@@ -62,7 +62,7 @@ fn number<T: Headed>(message: &T, field: &str) -> Option<f64> {
 }
 
 /// The messages before a difference. All of them that were compared are equal, so the recorded
-/// value stands for both.
+/// value is used for both.
 fn before(recording: &Recording, first: &Difference) -> Vec<Around> {
     let ticks = first.tick.saturating_sub(TICKS)..first.tick;
     let entries = recording.messages().filter(|entry| {

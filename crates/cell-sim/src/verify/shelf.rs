@@ -176,7 +176,7 @@ mod tests {
         assert!(matches!(shelf.find((1, 8)), Found::Here('b')));
         assert!(matches!(shelf.find((1, 6)), Found::Lost));
         assert!(matches!(shelf.find((1, 9)), Found::NotYet));
-        // A writer that was started again begins at 1.
+        // A restarted writer counts from 1.
         assert_eq!(shelf.put((2, 1), 'd'), None);
         assert!(matches!(shelf.find((1, 9)), Found::Lost));
         shelf.end();

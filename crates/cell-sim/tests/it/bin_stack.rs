@@ -54,7 +54,7 @@ impl Run {
         self
     }
 
-    /// The arm touches no bin that stands, but the one it let go last.
+    /// The arm touches no placed bin except the one that it released last.
     #[track_caller]
     fn check_touched(&mut self) {
         let state = self.sim.state();

@@ -128,8 +128,8 @@ fn a_bin_that_is_pulled_out_of_reach_ends_the_job_with_that_reason() {
     assert_eq!(reason.as_str(), "bin_out_of_reach");
 }
 
-/// A corner of three plates in which the bin stands on its own corner, each of its
-/// sides steeper than suction could take.
+/// A corner of three plates in which the bin rests on its own corner, each of its sides steeper
+/// than suction could take.
 fn on_its_corner(cell: &mut Cell) {
     let diagonal = Vector3::new(1.0, 1.0, 1.0);
     let turn = UnitQuaternion::rotation_between(&diagonal, &Vector3::z()).unwrap();

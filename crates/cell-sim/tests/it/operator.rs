@@ -1,5 +1,5 @@
-//! An operator who does anything at any moment. `ROBOCELL_OPERATOR=N` asks for N actions
-//! in each demo.
+//! An operator with any action at any moment. `ROBOCELL_OPERATOR=N` asks for N actions in each
+//! demo.
 
 use cell_sim::OneProcess;
 use cell_sim::eval::template;

@@ -1,4 +1,4 @@
-//! A cell that goes back to a snapshot repeats what it did, bit for bit.
+//! A cell that is restored from a snapshot repeats its run, bit for bit.
 
 use cell_sim::{OneProcess, SimError, eval};
 

@@ -87,7 +87,7 @@ impl Starved {
         self.upto(self.spell.1)
     }
 
-    /// What it does from the publication of `state` to that of the next.
+    /// Its actions between the publication of `state` and that of the next one.
     fn live(&mut self, cell: &Cell, state: &WorldState, decision: &Decision, fate: Fate) {
         let tick = state.header.tick;
         let end = tick as f64 + 1.0;
@@ -122,7 +122,7 @@ impl Starved {
         }
     }
 
-    /// Dies; another one begins some time later.
+    /// Dies; a new one starts some time later.
     fn restart(&mut self, cell: &Cell, at: f64) {
         self.cycle = Cycle::new(cell, self.arm).expect("a controller");
         self.generation += 1;
@@ -132,7 +132,7 @@ impl Starved {
     }
 }
 
-/// A cell, the machine it runs on, and who sends the arms to and fro.
+/// A cell, the machine on which it runs, and the task that sends the arms to and fro.
 struct Machine {
     cell: Cell,
     world: World,
@@ -240,7 +240,7 @@ fn a_controller_that_is_always_late_is_heard_all_the_same() {
     for late in [1.2, 2.5, 8.0] {
         let mut machine = Machine::new("franka-stack", 1);
         machine.run(500, Fate::Steady(late));
-        // All of it stands still for long enough that physics brakes.
+        // Everything is stopped for long enough that physics brakes.
         machine.controllers[0].free_at += 100.0;
         machine.run(1_500, Fate::Steady(late));
         let what = format!("{late} ticks late");

@@ -106,7 +106,7 @@ fn a_file_that_ends_early_is_verified_as_far_as_it_goes() {
 
 #[test]
 fn a_file_that_was_flushed_before_anything_was_said_is_verified() {
-    // A recorder that waits for a paused cell flushes what it does not have yet.
+    // A recorder that waits for a paused cell flushes the data that the file does not have yet.
     let mut bench = Bench::new("reach", "follow", "", Timing::default());
     bench.run(1_500);
     let file = Scratch::new("early");

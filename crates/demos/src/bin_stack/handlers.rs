@@ -24,7 +24,7 @@ pub(super) fn to_above_bin(turn: &mut Turn<'_>) -> Next {
     turn.world
         .out
         .log(format_args!("[decide] -> pick {name}, which opens {opens}"));
-    // What is known of the last bin must not reach the path of the next one.
+    // Data of the last bin must not reach the path of the next one.
     turn.memory.forget_bin();
     turn.memory.bin = Some(bin.object);
     // Off before the approach: suction that is on would take the first thing that the cup
@@ -122,8 +122,8 @@ pub(super) fn give_up(turn: &mut Turn<'_>) -> Next {
     if View::of(turn).held().is_none() {
         return retreat(turn, begin);
     }
-    // A failed job keeps what it holds: letting it go from this height would throw it into the
-    // cell.
+    // A failed job keeps the bin in its gripper: released from this height it would drop into
+    // the cell.
     if turn.world.job.failure.is_some() {
         return Next::Stay;
     }
@@ -185,8 +185,8 @@ pub(super) fn report(turn: &mut Turn<'_>) {
     };
 }
 
-/// Resumes from the observed state, with or without a bin in the gripper, unless the arm is
-/// where it was sent and the gripper holds what it should.
+/// Resumes from the observed state, with or without a bin in the gripper, unless the arm is at
+/// its goal and the gripper has the expected content.
 pub(super) fn reconcile(turn: &mut Turn<'_>) -> Next {
     let at_rest = || pose::distance(&turn.of.rest, &turn.tcp) <= turn.numbers.resume_m;
     // A wound arm is restored even on its path: the rest of the path would turn its joints

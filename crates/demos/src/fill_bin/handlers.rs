@@ -37,8 +37,8 @@ pub(super) fn grasp(turn: &mut Turn<'_>) -> Option<Grasp> {
             .fail(failure.reason(), format_args!("{name} {text}"));
         // Another start has the same patience.
         turn.memory.stuck_since = None;
-        // The arm stops and lets go: a failed job waits for the operator, who may reach into
-        // the cell.
+        // The arm stops and releases the bin: a failed job waits for a person, whose hands may
+        // be in the cell.
         turn.arm.path.stop();
         turn.arm.switch(false);
     }

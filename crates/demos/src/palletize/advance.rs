@@ -44,7 +44,7 @@ impl Palletizer {
             if self.fire(Trigger::AllPlaced, facts, out) {
                 finished(out);
             }
-        // A bin on the cup goes first, whoever put it there: the arm cannot pick another one.
+        // A bin on the cup goes first, whatever put it there: the arm cannot pick another one.
         } else if let Some(bin) = view.attached {
             self.adopt(bin, view, job, out);
         // Something else on the cup: suction could not attach a bin.
@@ -75,8 +75,8 @@ impl Palletizer {
             return;
         };
         let to = step.table.go.as_ref().map(|go| go.to);
-        // Only on the way into a slot: the bin is steered by what it lacks, as seen in this
-        // decision.
+        // Only on the way into a slot: the target is corrected by the observed error of the
+        // bin.
         if matches!(to, Some(Target::Slot { .. })) {
             motion::creep(&mut work, view);
             self.memory.work = Some(work);

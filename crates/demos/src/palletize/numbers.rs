@@ -71,7 +71,7 @@ pub struct PalletizeTask {
     pub creep_gain: f64,
     /// Where bins are turned over.
     pub jig: JigTable,
-    /// What is done with a bin: names of `steps`.
+    /// Sequences of work on a bin: names of `steps`.
     pub sequences: SequenceTable,
     /// The steps by name.
     pub steps: BTreeMap<String, StepTable>,

@@ -119,8 +119,8 @@ impl Palletizer {
         let object = |bin: usize| view.setup.bins.get(bin).map(|bin| bin.object);
         job.held = view.attached.and_then(object);
         let placed = view.placed().filter_map(|(bin, _)| object(bin));
-        // Rebuilt in each decision from what is seen, so a bin that was moved does not stay
-        // listed.
+        // Rebuilt in each decision from the observation, so a bin that was moved is not listed
+        // any longer.
         job.placed.clear();
         job.placed
             .extend(placed.filter_map(|object| u32::try_from(object).ok()));

@@ -69,7 +69,7 @@ impl PalletizeSetup {
     /// The job of `cell`.
     ///
     /// # Errors
-    /// Returns a [`SetupError`] that names what is missing or too much.
+    /// Returns a [`SetupError`] that names the missing or surplus part.
     pub(super) fn new(task: &PalletizeTask, cell: &Cell) -> Result<Self, SetupError> {
         let arm = suction_arm(cell)?;
         let supply = cell.conveyor.as_ref().and_then(|c| c.supply.as_ref());

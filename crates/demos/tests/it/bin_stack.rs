@@ -67,7 +67,7 @@ impl World {
         pose::isometry(&self.state.objects[index].pose)
     }
 
-    /// One decision, and ten ticks of what it asks for.
+    /// One decision, and ten ticks of its commands.
     fn step(&mut self) -> Decision {
         let mut decision = Decision::zeroed();
         let mut lines = Vec::new();

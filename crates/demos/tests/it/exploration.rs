@@ -2,15 +2,14 @@
 //! attempts at each and a coarse world: breadth first over what may happen
 //! between two decisions, as often and in any order.
 //!
-//! The arm reaches its target or is stuck past every timeout; the fingers find
-//! hold or not, open or not; what is in the hand falls out; a cube that is not
-//! held is put elsewhere within reach or out of reach; the task is reset; it is
-//! killed and restored, with and without a loss meanwhile; the operator pauses
-//! it, opens the hand, takes the cube out of it and lets it continue. Situations
-//! are the same when phase, outcome, reason, the places of the cubes, hand, arm
-//! and what was counted (drops since the last set-down, misses of each cube's
-//! place, decisions in a phase up to three) are the same. Motions, contacts
-//! and times between those are not looked at, nor are more cubes.
+//! The arm reaches its target or is stuck past every timeout; the fingers find hold or not,
+//! open or not; a held cube falls out; a cube that is not held is put elsewhere within reach or
+//! out of reach; the task is reset; it is killed and restored, with and without a loss
+//! meanwhile; the operator pauses it, opens the hand, takes the cube out of it and lets it
+//! continue. Situations are the same when phase, outcome, reason, the places of the cubes,
+//! hand, arm and the counts (drops since the last set-down, misses of each cube's place,
+//! decisions in a phase up to three) are the same. Motions, contacts and times between those
+//! are not explored, nor are more cubes.
 //!
 //! Shown for each policy: the gripper never opens around a cube outside
 //! RELEASE, a drop, a reset or the operator's command; and from every situation

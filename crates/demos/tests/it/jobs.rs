@@ -235,7 +235,7 @@ fn cubes_that_fell_onto_the_place_of_another_are_cleared_first() {
     for policy in ALL {
         let mut cell = FakeCell::stack(policy);
         cell.run_to_done();
-        // The stack comes down by one layer: blue stands where red belongs.
+        // The stack comes down by one layer: blue is at the place of red.
         cell.drag(RED, [0.4, -0.2, 0.025]);
         cell.run_to_done();
         let decided = cell.decided();

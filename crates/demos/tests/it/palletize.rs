@@ -1,6 +1,6 @@
-//! Palletizing without physics: the tool goes straight to its goal, suction holds
-//! what is at the cup, the belt carries bins, and the jig turns what is let go
-//! above it. The rows Z are those of the behaviours' conformance table.
+//! Palletizing without physics: the tool goes straight to its goal, suction holds the object at
+//! the cup, the belt carries bins, and the jig turns bins that are released above it. The rows
+//! Z are those of the behaviours' conformance table.
 
 use crate::palletize_cell;
 

@@ -29,7 +29,7 @@ const PATIENCE: usize = 40_000;
 struct Disturbed {
     world: World,
     random: Random,
-    /// What is wrong with arm or suction is so for that many decisions more.
+    /// Number of further decisions for which the fault of arm or suction lasts.
     hindered: u64,
     /// Until then the operator leads.
     paused: u64,

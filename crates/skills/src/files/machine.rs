@@ -198,7 +198,7 @@ impl MachineJob {
         }
     }
 
-    /// State of the machine and of what it runs, encoded.
+    /// State of the machine and of the trees that it runs, encoded.
     pub(super) fn save(&self) -> Vec<u8> {
         let mut board = Vec::new();
         self.parts.shared.save(&mut board);

@@ -119,7 +119,7 @@ fn obstacles(binder: &mut Binder<'_>, setup: &Setup, port: &str) -> Result<u64, 
     let named = setup.obstacles.iter().take(64).enumerate();
     let named = named.filter(|(_, name)| name.starts_with(start.as_str()));
     let mask = named.fold(0, |mask, (bit, _)| mask | 1 << bit);
-    // Refused: a misspelt name would make the motion avoid what it should ignore.
+    // Refused: with a misspelt name the motion would avoid an obstacle that it should ignore.
     if mask == 0 {
         let known: Vec<&str> = setup.obstacles.iter().map(String::as_str).collect();
         let advice = suggest::advice(start.as_str(), &known);

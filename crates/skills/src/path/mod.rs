@@ -65,7 +65,7 @@ impl Path {
         self.moving = false;
     }
 
-    /// Replaces the path by `waypoint`. A glide begins at `start`: the target so far, or the
+    /// Replaces the path by `waypoint`. A glide starts at `start`: the target so far, or the
     /// measured cup.
     pub fn go(&mut self, waypoint: Waypoint, start: &Pose, now: PolicyTime) {
         self.stop();

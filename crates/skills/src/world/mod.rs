@@ -1,4 +1,4 @@
-//! One arm of a cell in one decision: what it observes, and its commands.
+//! One arm of a cell in one decision: its observation, and its commands.
 //!
 //! Every skill, condition and node works through this view, so its rules are those of all jobs:
 //!

@@ -1,5 +1,5 @@
-//! Jobs in files: what is wrong is refused when the file is loaded, with line and
-//! column, instead of standing still in a run.
+//! Jobs in files: errors are refused when the file is loaded, with line and column, and do not
+//! stop a run later.
 
 use std::path::PathBuf;
 
@@ -16,7 +16,7 @@ impl Drop for Folder {
     }
 }
 
-/// What is said about a cell with that `[task]` and that behaviour file.
+/// The error of a cell with that `[task]` and that behaviour file.
 fn said(test: &str, kind: &str, file: &str, text: &str) -> Result<(), String> {
     said_of_cell(test, kind, (file, text), ("", ""))
 }
@@ -334,7 +334,7 @@ fn a_state_runs_a_tree_in_a_file_beside_it() {
     assert!(error.contains("runs 'fetch', which is not here"), "{error}");
 }
 
-/// What is said at the start of a cell whose tree is that node with these ports.
+/// The warnings at the start of a cell whose tree is that node with these ports.
 fn warnings(test: &str, node: &str) -> Vec<String> {
     let dir = std::env::temp_dir().join(format!("robocell-warn-{test}-{}", std::process::id()));
     let folder = Folder(dir);

@@ -21,7 +21,7 @@ const TREE: &str = r#"{
   ]}
 }"#;
 
-/// A policy of two trees of that text, and what it is told and says.
+/// A policy of two trees of that text, with its inputs and outputs.
 struct Two {
     cell: Cell,
     policy: TreePolicy,

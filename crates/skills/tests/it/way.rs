@@ -19,7 +19,7 @@ fn goal(ports: &Value) -> (ArmGoal, Cell) {
     });
     let library = nodes::library(&setup);
     let mut bench = Bench::of((&cell, setup), &library, 0, &file);
-    // The first one leaves what is beside the tool, where something is.
+    // The first one leaves the object beside the tool, if there is one.
     bench.tick();
     (bench.goal(), cell)
 }

@@ -31,7 +31,7 @@ pub(super) struct World {
     pub(super) load_kg: f64,
     /// Suction does not work.
     pub(super) leaky: bool,
-    /// Where the bin lies after it fell.
+    /// Pose of the bin after its fall.
     pub(super) fallen: Isometry3<f64>,
     /// It falls when it is let go, too.
     pub(super) falls: bool,

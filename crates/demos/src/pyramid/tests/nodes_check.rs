@@ -1,4 +1,4 @@
-//! Rows N24 to N28: what is verified, and what is counted.
+//! Rows N24 to N28: the checks, and the counts.
 
 use behavior::{Status, Value};
 use serde_json::json;

@@ -182,7 +182,7 @@ impl Leaf<StackHost> for PhaseLeaf {
             return Err(Fault::Node("a phase began without a cube"));
         };
         let status = self.work(&mut transfer, cx.world);
-        // A job that failed and is started again checks what is in the gripper.
+        // A job that failed and is started again checks the content of the gripper.
         let failed = cx.world.turn.world.job.failure.is_some();
         *cx.world.transfer = (!failed).then_some(transfer);
         Ok(status)

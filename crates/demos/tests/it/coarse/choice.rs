@@ -11,7 +11,7 @@ pub(crate) enum Choice {
     GripperStuck,
     /// The fingers find no hold.
     Slippery,
-    /// What is in the hand falls out.
+    /// The held object falls out.
     Lost,
     /// A cube that is not held is put elsewhere.
     Moved(usize),
@@ -21,7 +21,7 @@ pub(crate) enum Choice {
     Reset,
     /// The task is killed, and a new one resumes from its checkpoint.
     Killed,
-    /// The same, and meanwhile what is in the hand falls out.
+    /// The same, and meanwhile the held object falls out.
     KilledLost,
     /// The operator pauses the task, opens the hand, puts what was in it
     /// elsewhere and lets the task continue.

@@ -84,7 +84,7 @@ impl Situation {
         let all = r#"["red_cube", "blue_cube", "green_cube", "yellow_cube"]"#;
         assert!(text.contains(all));
         let text = text.replace(all, r#"["red_cube", "blue_cube"]"#);
-        // What is counted makes situations, and many of them.
+        // Counts are part of a situation, so a small limit keeps their number small.
         let five = "max_attempts = 5";
         assert!(text.contains(five));
         let text = text.replace(five, &format!("max_attempts = {ATTEMPTS}"));
@@ -343,7 +343,7 @@ impl Situation {
         self.state.objects[cube].pose = upright(to);
     }
 
-    /// Loose cubes rest on the table or on what is below them.
+    /// Loose cubes rest on the table or on another cube.
     fn settle(&mut self) {
         let held = self.held;
         for cube in (0..CUBES).filter(|c| held != Some(*c)) {

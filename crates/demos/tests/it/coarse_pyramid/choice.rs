@@ -16,7 +16,7 @@ pub(crate) enum Choice {
     HandStuck(usize),
     /// The fingers find no hold.
     Slippery(usize),
-    /// What is in the hand falls out and tumbles away.
+    /// The held object falls out and tumbles away.
     Lost(usize),
     /// A cube that is not held is put elsewhere, within reach of both arms.
     Moved(usize),

@@ -158,7 +158,7 @@ impl Situation {
         Outcome::from_code(self.decision.outcome).unwrap()
     }
 
-    /// What is where, and whose.
+    /// All objects with their places and owners.
     pub(crate) fn picture(&self) -> String {
         let Seen { words, owner, .. } = &self.seen;
         let cubes = 0..words.len();

@@ -26,7 +26,7 @@ pub(crate) struct Moment<'a> {
 }
 
 impl Moment<'_> {
-    /// What is wrong, if anything is.
+    /// The broken promise, if there is one.
     pub(crate) fn wrong(&self) -> Option<String> {
         (0..ARMS)
             .find_map(|arm| self.lets_go(arm).or_else(|| self.meets(arm)))
@@ -65,8 +65,8 @@ impl Moment<'_> {
         }
     }
 
-    /// It goes into the stack, or beside it, out of the way. What is below may
-    /// have been pulled away in the last moment: then it falls by one layer.
+    /// It goes into the stack, or beside it, out of the way. Its support may have been pulled
+    /// away in the last moment: then it falls by one layer.
     fn is_over_goal(&self, arm: usize, cube: usize) -> bool {
         let [x, y, _] = self.world.position(cube);
         let away = (x - GOALS[arm][0]).hypot(y - GOALS[arm][1]);

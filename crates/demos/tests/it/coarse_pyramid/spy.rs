@@ -1,5 +1,5 @@
-//! The policy of the pyramid with a window: what stands on its shared board
-//! after each decision.
+//! The policy of the pyramid with a window: the content of its shared board after each
+//! decision.
 
 use std::sync::{Arc, Mutex};
 

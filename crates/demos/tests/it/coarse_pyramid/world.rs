@@ -231,7 +231,7 @@ impl World {
         };
     }
 
-    /// Loose cubes rest on the table or on what is below them, the lowest first.
+    /// Loose cubes rest on the table or on another cube, the lowest first.
     fn settle(&mut self) {
         let mut order: Vec<usize> = (0..self.objects.len()).collect();
         order.sort_by(|a, b| self.position(*a)[2].total_cmp(&self.position(*b)[2]));

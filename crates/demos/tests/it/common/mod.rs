@@ -1,5 +1,5 @@
-//! A cell without physics: the TCP goes straight to its goal, a closed gripper
-//! takes the cube between its fingers along, and cubes stand on what is below.
+//! A cell without physics: the TCP goes straight to its goal, a closed gripper carries the cube
+//! between its fingers, and cubes rest on the support below them.
 
 #![allow(dead_code, reason = "every test file uses a part of it")]
 use cell_model::{Cell, Data};

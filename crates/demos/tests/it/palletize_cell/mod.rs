@@ -13,7 +13,7 @@ use robocell_task::{Task, TraceLineText};
 const STEP_M: f64 = 0.01;
 /// The belt's way in one decision (m).
 const BELT_M: f64 = 0.003;
-/// The cup holds what is this near to where it has to be (m).
+/// The cup holds a bin that is this near to its goal (m).
 const GRIP_M: f64 = 0.006;
 
 pub(crate) struct PalletCell {
@@ -229,7 +229,7 @@ impl PalletCell {
         found.filter(|_| !self.slippery)
     }
 
-    /// A bin stands where it was let go; in the jig it turns level.
+    /// A bin stays where it was released; in the jig it turns level.
     fn let_go(&mut self, bin: usize) {
         let [x, y, _] = self.state.objects[bin].pose.position;
         if (x - 0.79).hypot(y - 0.74) < 0.2 {

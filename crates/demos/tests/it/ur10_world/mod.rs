@@ -1,6 +1,6 @@
-//! One coarse world for the three jobs of the UR10, without dynamics: the cup
-//! goes where it is told at an even pace, suction takes the bin in front of it,
-//! what is let go stays where it has support and falls elsewhere.
+//! One coarse world for the three jobs of the UR10, without dynamics: the cup moves to its goal
+//! at an even pace, suction takes the bin in front of it, and a released bin keeps its place on
+//! a support and falls elsewhere.
 
 use cell_model::{Cell, Data, Shape};
 use ipc_types::decision::{GoalKind, Outcome};
@@ -276,7 +276,7 @@ impl World {
         }
     }
 
-    /// Off the floor it is cleared, to come again; in the third job it lies there.
+    /// Off the floor it is cleared, to come again; in the third job it stays there.
     fn fall(&mut self, bin: usize) {
         if self.place.demo == "ur10-fill-bin" {
             let lies = [-std::f64::consts::FRAC_PI_2, 0.0, std::f64::consts::PI];
@@ -322,7 +322,7 @@ impl World {
         self.state.equipment.sensors[0] = u32::try_from(seen).unwrap();
     }
 
-    /// What lies on the belt goes towards its end.
+    /// Bins on the belt move towards its end.
     fn run_belt(&mut self) {
         let [_, end_y, end_z] = self.place.supply;
         let held = self.held.as_ref().map(|held| held.bin);
@@ -345,7 +345,7 @@ impl World {
         }
     }
 
-    /// What is in the hand falls.
+    /// The held object falls.
     pub(crate) fn break_grip(&mut self) {
         if let Some(Held { bin, .. }) = self.held.take() {
             let gripper = &mut self.state.arms[0].gripper;

@@ -302,8 +302,8 @@ impl TreePolicy {
         self.arms.iter().all(|arm| arm.status == Status::Success)
     }
 
-    /// Whether there are several arms. With one arm a goal is a phase, and the job has what it
-    /// holds.
+    /// Whether there are several arms. With one arm a goal is a phase, and the job has the held
+    /// object.
     fn is_of_several(&self) -> bool {
         self.arms.len() > 1
     }
