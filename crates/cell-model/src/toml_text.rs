@@ -10,7 +10,7 @@ use crate::suggest;
 /// finite.
 pub(crate) fn parse<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, ModelError> {
     let table = table(file, text)?;
-    // TOML has `inf` and `nan`: a number without a range of its own would carry them on.
+    // TOML has `inf` and `nan`: a number without a checked range would carry them on.
     refuse_non_finite(file, text, table.get_ref(), "")?;
     toml::from_str(text).map_err(|error| explain(file, text, &error))
 }

@@ -161,7 +161,7 @@ impl EvalSummary {
 /// an error counts as a run that is not done. Returns the totals.
 ///
 /// # Errors
-/// Returns an error if no run can start, whatever its seed.
+/// Returns an error if no run can start, with any seed.
 pub fn evaluate(
     program: &Program,
     plan: &Plan,

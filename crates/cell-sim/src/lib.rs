@@ -17,7 +17,7 @@ pub use controller_proc;
 use controller_proc::Controllers;
 use robocell_task::Policies;
 
-/// What a task program provides: policies, controllers, and the cells and robots of its own.
+/// Content of a task program: policies, controllers, and its cells and robots.
 #[derive(Clone)]
 pub struct Program {
     /// Policies by the kind of `[task]`.

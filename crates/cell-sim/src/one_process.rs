@@ -242,7 +242,7 @@ impl OneProcess {
         }
     }
 
-    /// Lets the task and all controllers answer the present state.
+    /// The task and all controllers answer the present state.
     fn answer(&mut self) {
         self.plant.write_state(&mut self.state);
         let tick = self.state.header.tick;

@@ -203,7 +203,8 @@ pub(crate) fn destination(object: usize, place: usize, world: &World<'_>) -> Opt
 
 impl Skill for MoveTo {
     fn step(&self, progress: &mut Progress, world: &mut World<'_>) -> Status {
-        // Before anything else: without the object the motion would go on with empty fingers.
+        // Before anything else: without the object the motion would continue with empty
+        // fingers.
         if let Some(object) = self.holding
             && world.is_lost(object, &mut progress.missed)
         {

@@ -240,7 +240,7 @@ impl Finder<'_> {
                 Some(start) if rest.starts_with('[') => {
                     start + rest.find('\n').map_or(rest.len(), |end| end + 1)
                 }
-                // A table in braces has no line of its own in which a key could be added.
+                // A table in braces has no line below its header in which a key could be added.
                 Some(_) => return Err(self.refuse(&path, "not there")),
             };
             self.add(at, format!("{first} = "), path);

@@ -1,7 +1,7 @@
 //! Joints that copy another one (`mimic`): the bars of a parallelogram, coupled sections of a
 //! telescope, the second finger of a hand.
 //!
-//! Such a joint has no position of its own. Its range is limited by that of the joint that it
+//! Such a joint has no independent position. Its range is limited by that of the joint that it
 //! follows, and a configuration of an arm has no entry for it.
 
 use std::collections::BTreeMap;

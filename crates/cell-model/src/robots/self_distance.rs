@@ -66,7 +66,7 @@ impl SelfDistance {
 
     /// The smallest distance of two surfaces (m), negative if they overlap, for `positions` of
     /// all joints of the chain of `robot` (rad or m). Pairs farther apart than `reach` (m) are
-    /// not computed; infinite if there are no others. Allocates nothing.
+    /// not computed; infinite if all pairs are. Allocates nothing.
     pub fn nearest(&mut self, robot: &Robot, positions: &[f64], reach: f64) -> f64 {
         robot.link_poses_into(positions, &mut self.links);
         for (part, centers) in self.parts.iter().zip(&mut self.centers) {

@@ -166,8 +166,8 @@ impl Builder {
                     continue;
                 };
                 let at = pose * to_isometry(&edge.origin);
-                // A fixed child moves with its parent: as a link of its own it would cost a
-                // body in physics.
+                // A fixed child moves with its parent: as a separate link it would cost a body
+                // in physics.
                 let (joint, pose) = if edge.joint_type == JointType::Fixed {
                     builder.merge(child, joint, at);
                     (joint, at)

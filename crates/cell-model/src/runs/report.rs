@@ -1,8 +1,8 @@
 //! The warnings of a run, the same for every way to run a cell: processes, one process, many
 //! seeds, Python and the page.
 //!
-//! Each way shows them in a place of its own, and none of them chooses among them. A warning
-//! that only one way computes would be missing in the others.
+//! Each way has its place to show them, and none of them chooses among them. A warning that
+//! only one way computes would be missing in the others.
 
 use crate::cells::script::ScriptLine;
 use crate::{Cell, suggest};

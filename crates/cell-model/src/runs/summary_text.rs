@@ -16,7 +16,7 @@ impl Display for RunSummary {
         if let Some(reason) = &self.reason {
             write!(f, " ({reason})")?;
         }
-        // The words of the reason are not repeated for a task without a sentence of its own.
+        // The words of the reason are not repeated for a task without a separate sentence.
         let words = self.reason.as_ref().map(|reason| reason.replace('_', " "));
         if let Some(message) = self.message.as_ref().filter(|_| self.message != words) {
             write!(f, ": {message};")?;
@@ -80,8 +80,7 @@ fn recoveries(summary: &RunSummary) -> String {
     }
 }
 
-/// Restarts of each process. The summary of a run without processes of its own has those of the
-/// task only.
+/// Restarts of each process. The summary of a run in one process has those of the task only.
 fn restarts(summary: &RunSummary) -> Vec<String> {
     let of = |(process, count): (&str, u32)| {
         let (one, more) = (format!("{process} restart"), format!("{process} restarts"));

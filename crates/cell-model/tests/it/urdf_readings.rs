@@ -163,7 +163,7 @@ fn limits_of_most_joints_in_degrees_are_taken_as_such_and_said() {
             "joint 'j2': velocity 120 rad/s: degrees? 2.0944 rad/s is taken",
         ],
     );
-    // One of two joints is no evidence: such numbers stand for no limit, too.
+    // One of two joints is not enough: such numbers may mean no limit, too.
     let robot = urdf::parse("r.urdf", &one).unwrap();
     assert_eq!(robot.chain.joints()[1].upper, 2.0 * TAU);
     assert_warns(&robot, &["no limits (degrees?)"]);

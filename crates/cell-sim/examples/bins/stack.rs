@@ -1,5 +1,5 @@
-//! Pallet and columns: every bin where it belongs, the right way up, at rest for
-//! ten more seconds, turned over only if it came the wrong way up.
+//! Pallet and columns: every bin in its place, the right way up, at rest for ten more seconds,
+//! turned over only if it arrived the wrong way up.
 
 use std::ops::RangeInclusive;
 

@@ -67,7 +67,7 @@ pub enum VerifyError {
 ///
 /// # Errors
 /// Returns [`VerifyError`] if the recording is of another cell or another version. Differences
-/// are no errors, and messages that cannot be read are listed in the report.
+/// are not errors, and messages that cannot be read are listed in the report.
 pub fn verify(
     program: &Program,
     cell: &Cell,

@@ -165,7 +165,7 @@ pub(super) fn compare<T: Message>(
 ) -> Option<Difference> {
     let stamped = *recorded.header();
     let header = computed.header_mut();
-    // Identity and time of sending are no result of the computation. All other fields of the
+    // Identity and time of sending are not results of the computation. All other fields of the
     // header (tick, inputs, schema) are, and stay compared.
     header.run = stamped.run;
     header.generation = stamped.generation;

@@ -141,8 +141,8 @@ impl<'a> TaskCheck<'a> {
         let Some(record) = records.after(Process::Task, at) else {
             return Ok(None);
         };
-        // A restarted task may have another policy than the run started with. A name that is no
-        // policy is reported as a difference and does not end the verification.
+        // A restarted task may have another policy than the run started with. An unknown name
+        // of a policy is reported as a difference and does not end the verification.
         let task = match self.policies.task(self.cell, policy) {
             Err(TaskError::UnknownPolicy { .. }) => self.policies.task(self.cell, self.policy),
             task => task,

@@ -1,5 +1,4 @@
-//! A bin is filled until the suction lets go of it, falls, spills, is found and
-//! held again.
+//! A bin is filled until suction releases it, falls, spills, is found and held again.
 
 use cell_model::runs::spec::RunSpec;
 use cell_model::{Cell, Shape};
@@ -29,7 +28,7 @@ fn spec(seed: u64, script: &str) -> RunSpec {
 struct Run {
     sim: OneProcess,
     lines: Vec<String>,
-    /// Nearest the arm came to an obstacle (m).
+    /// Smallest distance of the arm from an obstacle (m).
     clearance: f64,
     /// Whether the task is killed again and again.
     restarts: bool,
@@ -76,7 +75,7 @@ impl Run {
         self.sim.state().objects()[BIN].pose.position[2]
     }
 
-    /// Parts that lie on the floor.
+    /// Number of parts on the floor.
     fn spilled(&self) -> usize {
         let parts = self.sim.state().objects().iter().skip(1);
         let here = parts.filter(|part| part.flags & OBJECT_ENABLED != 0);

@@ -1,5 +1,5 @@
 //! Palletizing, for real: bins of both orientations end upright in their places, and only those
-//! that came upside down went over the jig.
+//! that arrived upside down went over the jig.
 
 use std::f64::consts::FRAC_PI_2;
 

@@ -47,9 +47,9 @@ pub(super) fn bring(turn: &mut Turn<'_>, begin: Begin) -> Next {
     place(turn, &bin, begin)
 }
 
-/// Starts a route with a lift to the height of long ways, after the arm's start configuration
-/// where `begin` asks for it. An arm that did not arrive twice is not lifted,
-/// since it may not get up either.
+/// Starts a route with a lift to the height of long motions, after the arm's start
+/// configuration if `begin` asks for it. An arm that did not arrive twice is not lifted, since
+/// it may not get up either.
 pub(super) fn raise<'r>(turn: &'r mut Turn<'_>, obstacles: u64, begin: Begin) -> Route<'r> {
     let (of, least, stuck) = (turn.of, turn.own.least_lift_m, turn.memory.stuck);
     let arm = turn.world.arm_setup();
@@ -82,8 +82,8 @@ fn flip(turn: &mut Turn<'_>, bin: &Bin, begin: Begin) -> Next {
         let over = raise(turn, u64::MAX, begin).to(turning.down);
         over.avoiding(of.without_holder).by_joints(turning.up, up)
     };
-    // The holder is no obstacle here: its margin would keep the bin from sliding between the
-    // rails.
+    // The holder does not count as an obstacle here: its margin would keep the bin from sliding
+    // between the rails.
     route
         .avoiding(of.without_holder)
         .leaning(up)

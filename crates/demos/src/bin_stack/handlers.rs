@@ -130,7 +130,7 @@ pub(super) fn give_up(turn: &mut Turn<'_>) -> Next {
     bring(turn, begin)
 }
 
-/// Lets the job fail after too many states in a row that lasted too long.
+/// Fails the job after too many states in a row that lasted too long.
 fn give_up_for_good(turn: &mut Turn<'_>) {
     // A gripper that does not open cannot get better by another attempt.
     let blocked = turn.memory.opening && turn.gripper.attached == 1;

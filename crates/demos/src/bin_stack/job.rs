@@ -180,7 +180,7 @@ impl MatrixJob for BinStack {
         }),
         ("TIMEOUT", |turn| {
             let limit = PolicyTime::from_seconds(turn.of.task.state_timeout_s);
-            // At rest nothing is in progress: waiting for a bin is no time-out.
+            // At rest nothing is in progress: waiting for a bin does not time out.
             let under_way = turn.state != State::Standby || turn.arm.path.is_moving();
             under_way && turn.is_late(limit)
         }),

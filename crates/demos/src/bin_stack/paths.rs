@@ -38,7 +38,7 @@ pub(super) enum Begin {
 }
 
 /// The spot at which `bin` is gripped from above, turned along its sides as near to the arm's
-/// plane as they allow. The holder is no obstacle for a bin in it.
+/// plane as they allow. The holder does not count as an obstacle for a bin in it.
 pub(super) fn spot(view: View<'_>, bin: &Bin) -> Spot {
     let of = view.of;
     let below_centre = if bin.up() > 0.0 {

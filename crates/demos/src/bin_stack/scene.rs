@@ -19,7 +19,7 @@ pub(super) struct Bin {
 }
 
 impl Bin {
-    /// The z component of its own z axis: 1 upright, -1 upside down.
+    /// The z component of the bin's z axis: 1 upright, -1 upside down.
     pub(super) fn up(&self) -> f64 {
         (self.pose.rotation * Vector3::z()).z
     }

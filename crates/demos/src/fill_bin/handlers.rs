@@ -114,8 +114,7 @@ pub(super) fn ask_for_parts(turn: &mut Turn<'_>) -> Next {
     }
     if hold::opens_up(turn) {
         let io = &mut turn.world.job.io;
-        // A counter, not a flag: a request cannot be missed or served twice, whatever state
-        // physics sees.
+        // A counter, not a flag: a request cannot be missed or served twice.
         io.drop_parts = io.drop_parts.wrapping_add(1);
         let pause = PolicyTime::from_seconds(of.task.drop_interval_s);
         turn.arm.again_after(pause, turn.now);

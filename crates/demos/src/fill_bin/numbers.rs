@@ -86,8 +86,7 @@ impl Settings for FillBinTask {
     fn check(&self, cell: &Cell, at: &Checker<'_>) -> Result<(), ModelError> {
         check::behaviour(at, &self.behaviour)?;
         let bins = cell.objects.iter();
-        // Only an object of its own, not one of a series: the job needs to know which bin it
-        // is.
+        // Only a single object, not one of a series: the job needs to know which bin it is.
         let bins = bins.filter(|o| matches!(o.shape, Shape::Bin { .. }) && o.name == o.kind);
         let bins: Vec<&str> = bins.map(|o| o.name.as_str()).collect();
         check::known(at, "task.bin", &self.bin, "bin", &bins)?;

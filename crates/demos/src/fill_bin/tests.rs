@@ -168,7 +168,7 @@ fn where_it_cannot_be_reached_or_gripped_that_is_the_outcome() {
 fn a_bin_full_of_parts_is_gripped_beside_them() {
     let mut world = World::new();
     world.fallen = at([0.0, 0.81, -0.43], [0.0; 3]);
-    // They lie in the middle of the floor.
+    // They are in the middle of the floor.
     for part in 1..4 {
         world.state.objects[part].flags = OBJECT_ENABLED;
         world.state.objects[part].pose.position = [0.02 * part as f64, 0.81, -0.47];

@@ -35,7 +35,7 @@ impl Palletizer {
 
     /// Nothing is in progress: chooses the next work, if there is any.
     fn choose(&mut self, view: &View<'_>, job: &mut Job, out: &mut Output) {
-        // Whatever led here, nothing of the last bin may remain.
+        // Nothing of the last bin may remain, on every path to here.
         self.memory.work = None;
         self.set(State::Idle, "nothing at hand", out);
         job.held = None;
@@ -64,7 +64,7 @@ impl Palletizer {
 
     fn work_on(&mut self, mut work: Work, view: &View<'_>, job: &mut Job, out: &mut Output) {
         let sequence = view.setup.sequence(work.kind);
-        // Checked before the step itself: a step that waits or moves would go on without its
+        // Checked before the step itself: a step that waits or moves would continue without its
         // bin.
         let gone = view.bin(work.bin).is_none();
         if gone || (sequence.holds(work.step) && view.attached != Some(work.bin)) {

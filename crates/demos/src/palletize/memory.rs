@@ -16,7 +16,7 @@ pub(super) struct Work {
     pub(super) bin: usize,
     /// The work on it.
     pub(super) kind: WorkKind,
-    /// It came from the belt, not from the jig.
+    /// Whether it was picked from the belt and not from the jig.
     pub(super) from_belt: bool,
     /// Index of the step.
     pub(super) step: usize,

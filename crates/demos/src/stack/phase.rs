@@ -110,9 +110,9 @@ impl Phase {
     }
 
     /// State of the phase after `lasted`, with its target reached for long enough (`settled`)
-    /// and the gripper `open` or not. GRASP takes its time whatever is observed, RELEASE needs
-    /// the open gripper and is blocked without it, the others settle or time out. None is
-    /// shorter than the minimum.
+    /// and the gripper `open` or not. GRASP takes its time in any case, RELEASE needs the open
+    /// gripper and is blocked without it, the others settle or time out. None is shorter than
+    /// the minimum.
     pub fn stands(self, spec: &StackTask, lasted: PolicyTime, settled: bool, open: bool) -> Leg {
         let past = |seconds| lasted >= PolicyTime::from_seconds(seconds);
         // The minimum keeps a phase from ending with feedback on the target of the phase

@@ -1,5 +1,5 @@
-//! Rows of the policies' conformance table that single steps show; the others
-//! stand beside the code and in `jobs.rs`.
+//! Rows of the policies' conformance table that single steps show; the others are beside the
+//! code and in `jobs.rs`.
 
 use crate::common;
 

@@ -1,7 +1,7 @@
-//! The three jobs of the UR10 under whatever may happen to them, at random from
-//! seeds: bins taken away and shoved, grips broken, suction that leaks, an arm
-//! that is stuck past every timeout, the task killed and restored, missed
-//! decisions, pauses with the operator leading, opening and closing, resets.
+//! The three jobs of the UR10 under all disturbances, at random from seeds: bins taken away and
+//! shoved, grips broken, suction that leaks, an arm that is stuck past every timeout, the task
+//! killed and restored, missed decisions, pauses with the operator leading, opening and
+//! closing, resets.
 //!
 //! Shown: nothing panics and every decision is one its receivers take; suction
 //! is never switched off around a bin but where the job sets it down, at a reset
@@ -128,7 +128,7 @@ impl Disturbed {
         lines.any(|line| line.contains("upside down") || line.contains("[timeout]"))
     }
 
-    /// A user fetches the bins that lie where the arm cannot get.
+    /// A user fetches the bins that are out of the arm's reach.
     fn bring_back(&mut self) {
         if self.world.decision.reason.as_str() == "bin_out_of_reach" {
             (0..2).for_each(|bin| self.world.take_away(bin));

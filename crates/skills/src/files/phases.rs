@@ -36,7 +36,7 @@ impl Shown {
         let Some(at) = self.at.get_mut(arm) else {
             return;
         };
-        // Staying at a leaf is no entry: a script counts entries.
+        // Staying at a leaf does not count as an entry: a script counts entries.
         if *at == node {
             return;
         }

@@ -230,7 +230,7 @@ impl<J: MatrixJob> AnyPolicy for MatrixPolicy<J> {
         let Some((run, mut turn)) = self.turn(observation, job, out) else {
             return;
         };
-        // Whatever caused the gap, the state has its full time again.
+        // The state has its full time again after any gap.
         turn.arm.since = turn.now;
         let next = J::reconcile(&mut turn);
         if run.set(next) {

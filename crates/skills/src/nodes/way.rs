@@ -71,7 +71,7 @@ impl WayPorts {
         for (joint, position) in posture.iter_mut().zip(positions.as_slice()) {
             *joint = *position;
         }
-        // A corridor without a direction has no width either, whatever the port says.
+        // A corridor without a direction has no width either; the port's default is not used.
         let approach: Option<[f64; 3]> = cx.get(&self.approach)?.as_slice().try_into().ok();
         Ok(Way {
             posture: (!positions.as_slice().is_empty()).then_some(posture),

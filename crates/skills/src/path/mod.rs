@@ -39,7 +39,7 @@ pub struct Path {
     glide: Option<Glide>,
     /// Whether the last waypoint has not been reached yet.
     moving: bool,
-    /// Number of moves: each of them is a goal of its own for the controller.
+    /// Number of moves: each of them is a separate goal for the controller.
     key: u64,
 }
 
@@ -89,7 +89,7 @@ impl Path {
         }
     }
 
-    /// Lets the last waypoint be reached once more, without a new move: if it is reached
+    /// The last waypoint has to be reached once more, without a new move: if it is reached
     /// already, the next step reports it.
     pub fn again(&mut self) {
         self.moving = !self.waypoints.is_empty();

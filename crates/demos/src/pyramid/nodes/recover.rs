@@ -250,8 +250,8 @@ impl Leaf<Station> for RecoverCube {
         self.notes.aim(cx, cube, stack)?;
         let at_rest = self.is_at_rest(state, cx, position)?;
         let there = self.stage(state, cx, cube, position)?;
-        // The interval counts only while the arm is not there: a cube that settles slowly is no
-        // fault.
+        // The interval counts only while the arm is not there: a cube that settles slowly is
+        // not a fault.
         if there {
             state.alarm.clear();
         } else if state.alarm.is_due(cx.now, interval) {

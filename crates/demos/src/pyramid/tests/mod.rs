@@ -1,4 +1,4 @@
-//! One node of the library in a tree of its own; all else stays as it was.
+//! One node of the library in a separate tree; everything else stays as it was.
 #![allow(
     clippy::unwrap_used,
     clippy::panic,

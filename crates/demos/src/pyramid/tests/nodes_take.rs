@@ -338,7 +338,7 @@ fn another_arms_cube_in_the_hand_is_let_go_of_by_a_recovery() {
     bench.set_text("cube_state:cube_4", "reserved:right");
     assert_eq!(bench.tick(), Status::Running);
     assert_eq!(bench.gripper(), GripperGoal::Open);
-    // One that is no arm's is picked up.
+    // A cube that belongs to no arm is picked up.
     bench.set_text("cube_state:cube_4", "available");
     assert_eq!(bench.tick(), Status::Failure);
     assert_eq!(bench.gripper(), GripperGoal::Keep);

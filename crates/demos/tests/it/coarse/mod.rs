@@ -279,7 +279,7 @@ impl Situation {
         }
     }
 
-    /// The promise: a cube in the hand is let go on purpose only.
+    /// The promise: a held cube is released on purpose only.
     fn assert_keeps_hold(&mut self, before: &Decision) {
         let opens = self.decision.goals[0].gripper == GripperGoal::Open.code();
         let closes = self.decision.goals[0].gripper == GripperGoal::Close.code();

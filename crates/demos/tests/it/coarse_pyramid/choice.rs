@@ -34,8 +34,8 @@ pub(crate) enum Choice {
     Killed,
     /// The same, and meanwhile a cube falls out of the hand.
     KilledLost(usize),
-    /// The operator pauses the task, opens the hand, puts what was in it
-    /// elsewhere and lets the task continue.
+    /// The operator pauses the task, opens the hand, puts its content elsewhere and resumes the
+    /// task.
     Led(usize),
 }
 

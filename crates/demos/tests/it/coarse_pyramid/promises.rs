@@ -38,7 +38,7 @@ impl Moment<'_> {
         &self.decision.goals[arm]
     }
 
-    /// A cube in the hand is let go on purpose only.
+    /// A held cube is released on purpose only.
     fn lets_go(&self, arm: usize) -> Option<String> {
         let cube = self.world.held[arm]?;
         if self.goal(arm).gripper != GripperGoal::Open.code() {

@@ -122,7 +122,7 @@ impl World {
             Choice::Heard(arm) => self.silent[arm] = false,
             _ => {}
         }
-        // No policy time passes while there are no decisions.
+        // No policy time passes without decisions.
         let killed = matches!(choice, Choice::Killed | Choice::KilledLost(_));
         for (silence, silent) in self.silence.iter_mut().zip(self.silent) {
             *silence = if silent {
@@ -219,7 +219,7 @@ impl World {
         }
     }
 
-    /// From above: where another cube is already, it comes to lie on that one.
+    /// From above: onto another cube, if one is there already.
     fn put_down(&mut self, cube: usize, [x, y]: [f64; 2]) {
         self.put(cube, [x, y, FROM_M]);
     }

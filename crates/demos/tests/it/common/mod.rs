@@ -82,7 +82,7 @@ impl FakeCell {
         Self::new("franka-stack", policy, 7)
     }
 
-    /// Decides, then lets the world continue to the next decision.
+    /// Decides, then advances the world to the next decision.
     pub(crate) fn step(&mut self) {
         self.decide();
         self.move_on();

@@ -260,7 +260,7 @@ impl World {
         }
     }
 
-    /// A bin is where it may stand: flat, at a height at which bins stand there.
+    /// Whether a bin is supported: flat, at a height at which bins rest there.
     fn supported(&self, bin: usize) -> bool {
         let place = pose::isometry(&self.state.objects[bin].pose);
         let at = place.translation.vector;

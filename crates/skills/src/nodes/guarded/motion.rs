@@ -153,7 +153,8 @@ impl MoveToTarget {
             let yaw = cx.get(&self.yaw)?.to_radians();
             target.orientation_wxyz = cx.world.tool().down(yaw);
         }
-        // Closed in every command while an object is carried, whatever the goal before was.
+        // Closed in every command while an object is carried: the goal before may have been
+        // another.
         let gripper = if cx.get(&self.monitor_grasp)? {
             GripperGoal::Close
         } else {
@@ -198,7 +199,7 @@ impl Leaf<Station> for MoveToTarget {
             return Ok(Status::Running);
         }
         if !self.guard.may_work(&mut state.turn, cx)? {
-            // Waiting for the zone is no delay of the motion.
+            // Waiting for the zone does not delay the motion.
             state.alarm.clear();
             return Ok(Status::Running);
         }

@@ -1,5 +1,5 @@
-//! One node of a library in a tree of its own, for one of two arms, in a cell that
-//! is at rest unless the test moves it. Other packages include this file by its path.
+//! One node of a library in a separate tree, for one of two arms, in a cell that is at rest
+//! unless the test moves it. Other packages include this file by its path.
 #![allow(dead_code, reason = "not every package needs all of it")]
 
 use std::collections::BTreeMap;
