@@ -3,15 +3,16 @@
 //! `cargo run --release -p robocell-cell-model --example reach -- [--tip LINK] FILE..`
 //!
 //! A file is a URDF or a `config.json` of Isaac Sim. The poses are those of joint positions
-//! within 0.8 rad (m) of the default ones and 0.15, or a tenth of the range, inside of the limits;
-//! there are eight for each robot. One is reached when the tool is within 5 mm and 3 degrees of it after 5 s from
-//! the default positions; one that motion policies miss is tried again along a path that the
-//! planner finds, and counted as led. Then it follows hostile targets around its base, 1.5 s each: those of
+//! within 0.8 rad (m) of the default ones and 0.15, or a tenth of the range, inside of the
+//! limits; there are eight for each robot. A pose is reached when the tool is within 5 mm and 3
+//! degrees of it 5 s after the start at the default positions. A pose that motion policies miss
+//! is tried again along a path that the planner finds, and counted as led. Then the robot
+//! follows hostile targets around its base for 1.5 s each: those of
 //! `crates/rmp/tests/hostile_targets.json`, 72 for each of seven robots, or twelve random poses
-//! within 0.4 of the arm's length. The least distance of two parts of the robot that may not
+//! within 0.4 of the arm's length. The smallest distance of two parts of the robot that may not
 //! touch is printed, and the number of cycles that exceeded a limit. A row is printed for each
-//! file; the exit code is 5 when one was refused, fewer than 95 % of all poses were reached,
-//! parts came nearer than -2 mm, or a limit was exceeded.
+//! file; the exit code is 5 if one was refused, fewer than 95 % of all poses were reached,
+//! parts were nearer than -2 mm, or a limit was exceeded.
 
 use std::collections::BTreeMap;
 use std::io::{self, Write as _};
@@ -77,7 +78,7 @@ fn main() -> ExitCode {
 
 type Failure = Box<dyn std::error::Error>;
 
-/// What became of one robot.
+/// Result for one robot.
 struct Row {
     text: String,
     reached: usize,
@@ -162,7 +163,7 @@ fn is_near((off_m, off_rad): (f64, f64)) -> bool {
     off_m < NEAR_M && off_rad < NEAR_RAD
 }
 
-/// As [`follow`], led along a path that the planner finds.
+/// As [`follow`], along a path that the planner finds.
 fn follow_led(robot: &Robot, goal: &Isometry3<f64>) -> Result<(f64, f64), Failure> {
     let mut flow = robot.motion_policies(0)?;
     let tool = flow.add_target_frame(robot.tcp_frame_name())?;
@@ -232,7 +233,7 @@ fn follow_hostile(robot: &Robot) -> Result<(f64, usize), Failure> {
     Ok((nearest, violations))
 }
 
-/// Those of the list in the repository, or, for a robot it does not have, twelve of its own:
+/// The targets in the repository, or, for a robot that is not there, twelve random ones:
 /// position (m), then orientation w x y z, in the base frame.
 fn hostile_targets(robot: &Robot) -> Result<Vec<[f64; 7]>, Failure> {
     let file = concat!(

@@ -51,7 +51,7 @@ pub enum ModelError {
         file: String,
         /// Message of the operating system, or another reason.
         reason: String,
-        /// What to do.
+        /// Advice.
         advice: String,
     },
     /// The file is not well formed.

@@ -17,7 +17,7 @@ use serde_json::Number;
 use crate::episodes::{self, Ended, Episodes};
 use crate::{Program, SimError};
 
-/// What to evaluate.
+/// An evaluation.
 #[derive(Clone, Debug)]
 pub struct Plan {
     /// Template: everything but the seed and the settings.

@@ -100,7 +100,7 @@ impl OneProcess {
             lines: Vec::new(),
             task_restarts: 0,
             message: Message::default(),
-            // Warnings of the cell come first: they explain what goes wrong in the ticks that
+            // Warnings of the cell are reported first: they explain errors in the ticks that
             // follow.
             warnings: physics_proc::warnings(&cell),
             faults: 0,
@@ -148,7 +148,7 @@ impl OneProcess {
         std::mem::take(&mut self.warnings)
     }
 
-    /// The task, for the pictures of its policy.
+    /// The task, for the graphs of its policy.
     pub fn task(&self) -> &Task {
         &self.decider.task
     }

@@ -122,7 +122,7 @@ impl OneProcess {
             cycles.push(cycle);
         }
         let mut decider = Decider::new(self.policies.task(&self.cell, &self.policy)?);
-        // `None`: the world goes back, too, so the decider has no gap to reconcile.
+        // `None`: the world is restored, too, so the decider has no gap to reconcile.
         decider.restore(&saved.task, None)?;
         // The last step that can fail, and it changes nothing if it does; what follows only
         // moves values, so the cell is never half restored.

@@ -92,12 +92,12 @@ impl fmt::Display for Lack {
     }
 }
 
-/// What `arm` lacks for `need`; `None` if it is able to do it, or if that is not certain.
+/// The lack of `arm` for `need`; `None` if it is able to do it, or if that is not certain.
 pub fn lacks(arm: &ArmSetup, need: Need<'_>) -> Option<Lack> {
     match (need, arm.tool) {
         (Need::Grip(_), Tool::None) => Some(Lack::Gripper),
-        // Suction holds any flat side, and which object comes is not known yet: nothing to
-        // refuse.
+        // Suction holds any flat side, and an object that is chosen later is unknown: nothing
+        // to refuse.
         (Need::Grip(None), _) | (Need::Grip(_), Tool::Suction) => None,
         (Need::Grip(Some(object)), Tool::Fingers { open_width_m, .. }) => {
             (object.narrowest_m > open_width_m).then_some(Lack::Width {

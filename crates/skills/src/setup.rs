@@ -52,8 +52,8 @@ pub struct ArmSetup {
     pub tool: Tool,
     /// An object farther from the base in the plane is out of reach (m).
     pub reach_m: f64,
-    /// The TCP where the arm waits for a zone that another arm works in: where it
-    /// is at the start, unless the job says something else. World frame.
+    /// Pose of the TCP while the arm waits for a zone in which another arm works: the pose at
+    /// the start, unless the job sets another. World frame.
     pub wait: Pose,
 }
 
@@ -99,8 +99,8 @@ pub struct Setup {
     pub(crate) picks: Picks,
 }
 
-/// Arm and object of each pick that a file names, collected while its nodes are created:
-/// afterwards the position of the object is not asked for. Not compared.
+/// Arm and object of each pick that a file names, collected while its nodes are created: later
+/// only the nodes have them. Not compared.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Picks(Arc<Mutex<BTreeSet<(usize, usize)>>>);
 

@@ -139,6 +139,6 @@ pub enum Trigger {
 pub struct ScriptLine {
     /// When.
     pub trigger: Trigger,
-    /// What.
+    /// Its action.
     pub action: ScriptAction,
 }

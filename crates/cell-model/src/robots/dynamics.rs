@@ -93,8 +93,8 @@ impl Dynamics {
     }
 
     /// [`Dynamics::inverse_dynamics`] at rest: the efforts that carry the arm (N·m or N) at
-    /// positions of the controlled joints, with gravity in the base frame (m/s²). A path of its
-    /// own, because physics computes it in every tick (ADR 0006).
+    /// positions of the controlled joints, with gravity in the base frame (m/s²). A separate
+    /// recursion, because physics computes it in every tick (ADR 0006).
     pub fn gravity_efforts(&mut self, positions: &[f64], gravity: &Vector3<f64>) -> &[f64] {
         for (index, link) in self.links.iter().enumerate() {
             let (before, rest) = self.motion.split_at_mut(index);

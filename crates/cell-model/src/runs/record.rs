@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-/// What was recorded and what was not. The recorder writes it into the run directory when it
-/// ends, and as soon as an error occurs; the launcher reads it.
+/// The recorded and the missing messages. The recorder writes the report into the run directory
+/// when it ends, and as soon as an error occurs; the launcher reads it.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RecordReport {
     /// Messages that were not recorded.

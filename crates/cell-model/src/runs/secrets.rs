@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 /// Bytes of each secret: 128 bits cannot be guessed.
 const BYTES: usize = 16;
 
-/// What opens the page: written by the launcher, mode 0600, kept over restarts
-/// of the monitor. Each is 32 hexadecimal digits.
+/// The secrets of the page: written by the launcher, mode 0600, kept over restarts of the
+/// monitor. Each is 32 hexadecimal digits.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PageSecrets {
     /// Exchanged for the right to command. A link with it works once: the monitor

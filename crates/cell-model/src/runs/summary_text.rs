@@ -58,7 +58,7 @@ impl Display for RunSummary {
     }
 }
 
-/// What had to be recovered from.
+/// The disturbances from which the run recovered.
 fn recoveries(summary: &RunSummary) -> String {
     let named = [
         many(summary.drops, "drop", "drops"),

@@ -1,4 +1,4 @@
-//! What a user notices when loading robots and cells.
+//! Errors and warnings that a user sees when robots and cells are loaded.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 use std::fmt::Write as _;
@@ -118,7 +118,7 @@ fn meshes_are_not_searched_for_and_said_to_be_missing_in_contact() {
     );
 }
 
-/// A robot with two arms of three joints and a neck, in a folder of its own.
+/// A robot with two arms of three joints and a neck, in a separate folder.
 fn two_arms(name: &str) -> std::path::PathBuf {
     let mut text = String::from("<robot name='both'><link name='body'/>");
     for (side, count) in [("left", 3), ("right", 3), ("neck", 1)] {

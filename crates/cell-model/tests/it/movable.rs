@@ -1,4 +1,5 @@
-//! A robot that loads and whose tip no target can move says why, and what to do.
+//! A robot that loads and whose tip no target can move has a warning with the reason and
+//! advice.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;

@@ -19,7 +19,7 @@ struct Touch {
 pub(crate) struct Touches {
     fixtures: Vec<String>,
     objects: Vec<String>,
-    /// What the cup held last: its face may touch that.
+    /// The object that the cup held last: its face may touch that.
     last_held: Option<usize>,
     /// By the object that must not be touched, and the link.
     seen: BTreeMap<(String, usize), Touch>,
@@ -37,8 +37,8 @@ impl Touches {
         }
     }
 
-    /// Whether the arm touched a fixture, or a bin in any way but coming to it and
-    /// leaving it with the face of its cup.
+    /// Whether the arm touched a fixture, or a bin in another way than with the face of its cup
+    /// at the start and the end of a grip.
     pub(crate) fn any(&self) -> bool {
         !self.seen.is_empty()
     }
@@ -54,7 +54,7 @@ impl Touches {
         }
     }
 
-    /// What the arm is not to touch in this way.
+    /// The object that the arm must not touch in this way.
     fn name(&self, sim: &OneProcess, contact: &ArmContact) -> Option<String> {
         let index = match contact.with {
             Touched::Fixture(index) => return self.fixtures.get(index).cloned(),
@@ -69,7 +69,7 @@ impl Touches {
         let decision = sim.decision();
         let mut placed = decision.placed.iter().take(decision.placed_count as usize);
         let stands = placed.any(|place| *place as usize == index);
-        // A cup comes to a bin and leaves it with its face.
+        // At the start and the end of a grip the cup touches a bin with its face.
         if contact.at_cup && (!stands || self.last_held == Some(index)) {
             return None;
         }

@@ -13,7 +13,7 @@ use crate::touches::Touches;
 pub(crate) struct Watched {
     /// The cell.
     pub(crate) sim: OneProcess,
-    /// What its task works with.
+    /// Settings of its task.
     pub(crate) task: TaskTable,
     /// Bins the job is about.
     pub(crate) bins: usize,
@@ -61,7 +61,7 @@ impl Watched {
         goes_on
     }
 
-    /// What the task says of its end.
+    /// Outcome of the task.
     pub(crate) fn outcome(&self) -> Option<Outcome> {
         Outcome::from_code(self.sim.decision().outcome)
     }

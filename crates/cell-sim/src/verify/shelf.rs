@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use ipc_types::Header;
 
-/// Which message of a topic: generation of its writer, and its number.
+/// Key of a message of a topic: generation of its writer, and its number.
 pub(super) type Key = (u32, u64);
 
 /// Messages kept of a topic. A recorder that drains one topic after the other writes some
@@ -12,7 +12,8 @@ pub(super) type Key = (u32, u64);
 const ROOM: usize = 8192;
 
 /// Messages that may wait for an input: half of `ROOM`, so the inputs of a waiting message are
-/// still kept if they follow. What waits for longer waits for an input that was not recorded.
+/// still kept if they follow. One that has waited for longer needs an input that was not
+/// recorded.
 pub(super) const PATIENCE: usize = ROOM / 2;
 
 /// The key of a message.

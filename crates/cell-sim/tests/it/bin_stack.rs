@@ -10,7 +10,7 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 struct Run {
     sim: OneProcess,
     lines: Vec<String>,
-    /// Bin that was in the hand last, plus 1.
+    /// The bin that was held last, plus 1.
     last_held: u32,
 }
 

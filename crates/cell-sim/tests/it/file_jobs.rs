@@ -172,7 +172,7 @@ fn one_state(steps: &str) -> String {
     )
 }
 
-/// What ends a job of one state with these steps.
+/// The end of a job of one state with these steps.
 fn reason(name: &str, steps: &str, place: &str) -> Option<String> {
     let job = Job::new(name, "machine", &CUBES, place, &one_state(steps));
     job.run(name, "machine", "").reason

@@ -9,7 +9,7 @@ use ipc_types::decision::Outcome;
 use ipc_types::world::{OBJECT_ENABLED, ObjectState};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-/// Of its first two bins one comes upside down.
+/// One of its first two bins arrives upside down.
 const SEED: u64 = 4;
 /// From a bin's middle up to the inside of its floor (m).
 const BIN_FLOOR_M: f64 = 0.005 - 0.135 / 2.0;
@@ -127,7 +127,7 @@ fn a_bin_that_comes_in_a_pause_stops_where_a_hand_can_grip_it() {
     assert!((0.37..0.4).contains(&y), "it lies at y = {y}");
     let [w, i, j, k] = waiting.pose.orientation_wxyz;
     let lies = UnitQuaternion::new_normalize(Quaternion::new(w, i, j, k));
-    // The cup, along x of its frame, looks down; it ends 2 mm above the floor.
+    // The cup, along x of its frame, points down; it ends 2 mm above the floor.
     let turn = lies * UnitQuaternion::from_euler_angles(0.0, FRAC_PI_2, -FRAC_PI_2);
     let lead = |at_s: f64, z: f64| {
         format!(

@@ -44,7 +44,7 @@ impl Run {
         self
     }
 
-    /// A hand that holds a cube is told to open only where the cube is supported: in a
+    /// A hand that holds a cube is commanded to open only where the cube is supported: in a
     /// layer of the stack, or on the table where it is put out of the way.
     fn check_hands(&self) {
         let state = self.sim.state();

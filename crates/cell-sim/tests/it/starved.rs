@@ -43,7 +43,7 @@ struct Starved {
     answered: u64,
     /// Published, but not before its time.
     pending: Vec<(f64, ArmCommand)>,
-    /// What physics has.
+    /// The messages that physics has.
     newest: Option<ArmCommand>,
     random: Random,
 }
@@ -132,7 +132,7 @@ impl Starved {
     }
 }
 
-/// A cell, the machine on which it runs, and the task that sends the arms to and fro.
+/// A cell, the machine on which it runs, and the task that moves the arms back and forth.
 struct Machine {
     cell: Cell,
     world: World,

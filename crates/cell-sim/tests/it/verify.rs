@@ -44,7 +44,7 @@ fn plans_that_were_answered_late_are_computed_again() {
     let script = r#"{"at_s": 3.0, "do": "target", "orientation_wxyz": [0, 1, 0, 0], "position": [0.55, -0.25, 0.25]}"#;
     let mut bench = Bench::new("reach-shelf", "follow", script, Timing::default());
     bench.run(3_030);
-    // The answer comes after the controller was another one: it asks again.
+    // The answer arrives after a restart of the controller, which sends its request again.
     bench.restart_controller(0);
     bench.run(5_500);
     assert_all_same(&bench);

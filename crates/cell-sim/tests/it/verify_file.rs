@@ -1,5 +1,4 @@
-//! The same through a file: what was written is read and verified, a cut file as
-//! far as it goes.
+//! The same through a file: a written file is read and verified, and a cut file up to its end.
 
 use crate::verify_support;
 

@@ -7,7 +7,7 @@ use controller_proc::cycle::Cycle;
 use ipc_types::tap::KEYFRAME_BYTES;
 use ipc_types::{ArmCommand, ArmStatus, DECISION_TICKS, Decision, Wire, WorldState};
 
-/// Two controllers of one arm that are told the same.
+/// Two controllers of one arm with the same inputs.
 struct Pair {
     arm: usize,
     lasting: Cycle,
@@ -49,8 +49,8 @@ impl Pair {
     }
 }
 
-/// Runs `demo`; the controllers are renewed every `every` ticks, and between
-/// `silence` they hear no decision. Returns the stop actions that were seen.
+/// Runs `demo`; the controllers are replaced every `every` ticks, and get no decision during
+/// `silence`. Returns the stop actions that were seen.
 fn run(demo: &str, policy: &str, script: &str, every: u64, silence: [u64; 2]) -> Vec<u32> {
     let mut spec = eval::template(demo, policy);
     spec.seed = 3;

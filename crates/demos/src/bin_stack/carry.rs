@@ -153,7 +153,7 @@ pub(super) fn open_gripper(turn: &mut Turn<'_>) -> Next {
     Next::Stay
 }
 
-/// The gripper let go: over a slot, or in the holder, where the bin is gripped again.
+/// The gripper has opened: over a slot, or in the holder, where the bin is gripped again.
 pub(super) fn count_or_regrip(turn: &mut Turn<'_>) -> Next {
     turn.memory.opening = false;
     // An arrival: time-outs count in a row only.
@@ -162,8 +162,8 @@ pub(super) fn count_or_regrip(turn: &mut Turn<'_>) -> Next {
     let view = View::of(turn);
     let bin = turn.memory.bin.and_then(|bin| view.bin(bin));
     let Some(bin) = bin.filter(|_| turn.memory.turning) else {
-        // Whether it stayed in place is looked at from the rest pose: the arm no longer hides
-        // or touches it.
+        // Whether it stayed in place is checked from the rest pose, where the arm no longer
+        // touches it.
         turn.memory.set_down = turn.memory.bin;
         return go_home(turn);
     };

@@ -6,9 +6,9 @@
 //! handlers in `handlers` and `carry`. Which slots are taken is observed, not counted, so bins
 //! that people stack count, too.
 //!
-//! A held bin is released over its slot or in the holder only. Isaac Sim's sample drops it
-//! where it hangs at a reset; here it is put away first, once the pause is over in which a
-//! reset ends, and the next bin waits for the start.
+//! A held bin is released over its slot or in the holder only. Isaac Sim's sample drops it at
+//! its present place at a reset; here it is set down in its place first, once the pause is over
+//! in which a reset ends, and the next bin waits for the start.
 
 mod carry;
 mod columns;

@@ -63,8 +63,8 @@ pub(super) fn update(turn: &mut Turn<'_>) {
     }
     let due = memory.next_at.is_some_and(|at| now >= at);
     let waited = |at| now.since(at) > own.ask_again;
-    // A request can be lost (the belt was full, physics was restarted); asked again only while
-    // the belt is empty, so that no two bins follow each other.
+    // A request can be lost (the belt was full, physics was restarted). It is repeated only
+    // while the belt is empty, so that no two bins follow each other.
     let nothing_comes = memory.next_at.is_none() && !on_belt && memory.asked_at.is_some_and(waited);
     if !all_came && (due || nothing_comes) {
         job.io.add_bin += 1;

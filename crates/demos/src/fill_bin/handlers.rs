@@ -94,6 +94,7 @@ pub(super) fn lift(turn: &mut Turn<'_>) -> Next {
 }
 
 /// The bin is under the dispenser; one that is held by a wall is turned upright first.
+///
 /// Parts fall until the grip breaks, then the bin is picked up again: an endless cycle. The job
 /// is done after its first whole round, when the fallen bin is held here again, and it stays
 /// done until a reset while the cycle continues: an outcome that changed with each break would

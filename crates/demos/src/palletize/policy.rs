@@ -65,7 +65,7 @@ impl Palletizer {
             None => {}
         }
         let work = self.memory.work.as_ref();
-        // Without work the cup is open; with it the sequence says, also for steps without
+        // Without work the cup is open; with it the sequence decides, also in steps without
         // suction.
         let gripper = work.map_or(GripperGoal::Open, |work| {
             view.setup.sequence(work.kind).gripper(work.step)

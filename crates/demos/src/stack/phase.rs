@@ -141,7 +141,7 @@ mod tests {
     use cell_model::{Cell, Data};
     use robocell_skills::Step;
 
-    /// Tick at which `phase` ends and how, asked every 10 ms.
+    /// Tick at which `phase` ends and how, evaluated every 10 ms.
     fn end(phase: Phase, there: impl Fn(u64) -> bool, open: bool) -> (u64, Leg) {
         let cell = Cell::load(&Data::checkout(), "franka-stack", 1, None).unwrap();
         let spec: StackTask = cell.task.read().unwrap();

@@ -28,7 +28,7 @@ pub fn all_stacked(turn: &mut Turn<'_>) -> bool {
 }
 
 /// The transfer of the first cube in the order that is not at its goal. A cube on top of it, or
-/// at its goal, is put away first, since neither picking nor placing could succeed; a support
+/// at its goal, is moved away first, since neither picking nor placing could succeed; a support
 /// that is too far off to carry the next cube is set again. `None` if nothing can be moved now,
 /// with the reason stored in the job. `verb` starts the log line.
 pub fn select(verb: &str, turn: &mut Turn<'_>) -> Option<Transfer> {

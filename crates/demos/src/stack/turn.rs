@@ -236,7 +236,7 @@ impl<'w> Turn<'w> {
     }
 }
 
-/// Placement of a cube that is not in the order; no caller asks for one.
+/// Placement of a cube that is not in the order; no caller passes one.
 const NOWHERE: Placement = Placement {
     position: [0.0; 3],
     yaw: 0.0,

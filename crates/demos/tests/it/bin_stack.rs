@@ -182,8 +182,7 @@ impl World {
         self.task.reconcile(&self.state);
     }
 
-    /// Runs until the task says it is done; `restart` says after which decisions
-    /// it is killed.
+    /// Runs until the task is done; it is killed after the decisions that `restart` accepts.
     #[track_caller]
     fn finish(&mut self, restart: impl Fn(u32) -> bool) -> Decision {
         for count in 0..200_000 {
@@ -306,7 +305,7 @@ fn a_grip_that_breaks_is_a_drop_and_the_bin_comes_again() {
     while world.count("-> PLACING") + world.count("-> FLIPPING") == 0 {
         world.step();
     }
-    // It falls, is cleared off the floor, and comes on the belt again.
+    // It falls, is cleared off the floor, and arrives on the belt again.
     world.held = None;
     world.state.objects[0].flags = 0;
     let gripper = &mut world.state.arms[0].gripper;

@@ -29,7 +29,7 @@ use std::collections::{HashSet, VecDeque};
 use coarse::{Choice, Key, Situation};
 use ipc_types::decision::Outcome;
 
-/// A policy has fewer situations; a test that loses its bound says so.
+/// Upper bound of the number of situations of a policy; a test that exceeds it fails.
 const MOST: usize = 60_000;
 /// Undisturbed, a job takes fewer steps.
 const PATIENCE: usize = 400;
@@ -57,8 +57,8 @@ fn explore(policy: &str) {
     assert!(seen.len() > 5_000, "{policy}: that is hardly everything");
 }
 
-/// With nothing in its way, and after another start if it was given up; or it
-/// comes to one that is known to.
+/// Without a disturbance, and after another start if the job failed; or it reaches a situation
+/// for which that is known.
 #[track_caller]
 fn assert_gets_done(situation: &Situation, goes_on: &mut HashSet<Key>) {
     let mut now = situation.clone().freed();

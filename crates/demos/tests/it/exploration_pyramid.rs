@@ -27,19 +27,19 @@ const PATIENCE: usize = 400;
 /// Steps that are shown of a job that does not get done.
 const SHOWN: usize = 40;
 
-/// What was seen so far.
+/// The situations seen so far.
 #[derive(Default)]
 struct Search {
     seen: HashSet<u64>,
     /// Known to get done.
     goes_on: HashSet<u64>,
     steps: u64,
-    /// What went wrong, with the shortest way there.
+    /// The broken promises, each with the shortest path to it.
     wrong: BTreeMap<String, String>,
 }
 
-/// Looks at what comes of up to `disturbances` of those `among` all, and at no
-/// more than `most` situations.
+/// Explores the situations after up to `disturbances` of those `among` all, at most `most`
+/// situations.
 fn explore(setting: &Setting, among: fn(Choice) -> bool, disturbances: usize, most: usize) {
     let mut choices = Choice::all(setting.cubes.len());
     choices.retain(|choice| !choice.disturbs() || among(*choice));
@@ -137,7 +137,7 @@ impl Search {
         let (before, then) = (situation.story(80), begun.unwrap_or_default());
         let story = || format!("{before}-- then\n{then}...\n{}", now.picture());
         self.wrong.entry(wrong).or_insert_with(story);
-        // Nothing that leads here is said again.
+        // The path to this situation is not printed again.
         self.goes_on.extend(way);
     }
 }
@@ -170,7 +170,7 @@ fn all(_: Choice) -> bool {
     true
 }
 
-/// What goes wrong with arms and hands.
+/// Faults of arms and hands.
 fn hands(choice: Choice) -> bool {
     use Choice::{HandStuck, Led, Lost, Slippery, Stuck};
     matches!(
@@ -187,7 +187,7 @@ fn cubes(choice: Choice) -> bool {
     )
 }
 
-/// What becomes of processes, and the operator's reset.
+/// Kills of processes, and the operator's reset.
 fn processes(choice: Choice) -> bool {
     use Choice::{Killed, KilledLost, Reset, Silent};
     matches!(choice, Silent(_) | Killed | KilledLost(_) | Reset)

@@ -105,7 +105,7 @@ fn a_cube_that_drifts_during_the_approach_makes_the_tree_restart_the_pick_up() {
     let mut cell = FakeCell::stack("bt");
     cell.run_until(60.0, |c| c.phase() == "APPROACH");
     cell.drag(RED, [0.35, 0.0, 0.025]);
-    // What was decided is said in the tick that fails, too.
+    // The decision is published in the tick that fails, too.
     cell.step();
     assert_eq!((cell.phase(), cell.decision.resyncs), ("APPROACH", 1));
     cell.step();

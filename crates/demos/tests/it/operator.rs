@@ -1,4 +1,4 @@
-//! What the operator's panel does to a task.
+//! Effects of the operator's panel on a task.
 
 use crate::common;
 

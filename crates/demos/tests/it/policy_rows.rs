@@ -165,8 +165,8 @@ fn p23_only_the_echo_of_this_very_goal_settles_a_phase() {
     for policy in ALL {
         let mut cell = FakeCell::stack(policy);
         cell.run_until(60.0, |c| c.phase() == "LIFT");
-        // The controller never says that it follows the goal: at the target or
-        // not, the phase ends with its time only.
+        // The controller never reports that it follows the goal: at the target or not, the
+        // phase ends with its time only.
         let start = cell.state.header.tick;
         let mut trace = Vec::new();
         while cell.phase() == "LIFT" {

@@ -33,7 +33,7 @@ struct Disturbed {
     hindered: u64,
     /// Until then the operator leads.
     paused: u64,
-    /// Suction may open: the operator or a reset asked for it.
+    /// Suction may open: the operator or a reset commanded it.
     excused: bool,
 }
 
@@ -122,7 +122,7 @@ impl Disturbed {
         self.excused &= self.world.holds() || self.paused > 0;
     }
 
-    /// A bin that hangs upside down is let fall, as the log says.
+    /// A bin that hangs upside down is dropped, according to the log.
     fn tips_over(&self) -> bool {
         let mut lines = self.world.lines.iter().rev().take(12);
         lines.any(|line| line.contains("upside down") || line.contains("[timeout]"))
@@ -227,7 +227,7 @@ fn an_arm_that_cannot_go_on_keeps_its_bin_and_goes_on_when_it_can() {
     }
 }
 
-/// Some of its bytes are others, from eight bytes all ones to one bit.
+/// Some of its bytes are changed, from eight bytes of ones to one bit.
 fn damage(record: &mut [u8], random: &mut Random) {
     let at = usize::try_from(random.bits()).unwrap_or(0) % record.len();
     match random.bits() % 4 {

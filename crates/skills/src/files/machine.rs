@@ -175,7 +175,7 @@ impl MachineJob {
     /// One decision; a final state ends the work.
     pub(super) fn tick(&mut self, world: &mut World<'_>) -> Status {
         // Events before states: a state that is left in this decision does not run its steps
-        // once more.
+        // again.
         self.run.machine.clear_trace();
         self.fire_events(world);
         let mut host = Running {

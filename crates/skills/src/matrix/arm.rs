@@ -67,7 +67,7 @@ impl ArmMemory {
         self.suction = if on { Suction::On } else { Suction::Off };
     }
 
-    /// The goal has to be reached once more, `pause` from now on.
+    /// The goal has to be reached again, `pause` from now on.
     pub fn again_after(&mut self, pause: PolicyTime, now: PolicyTime) {
         self.wait_until = PolicyTime::from_ticks(now.ticks() + pause.ticks());
         self.path.again();

@@ -68,7 +68,7 @@ pub fn load<J: MatrixJob>(
     let mut numbers = Numbers::read(file, text).map_err(|why| why.to_string())?;
     let arm = ArmNumbers::read::<J::State>(&mut numbers);
     let own = J::numbers(&mut numbers);
-    // After all readers: a number that none of them asked for is a misspelt one.
+    // After all readers: a number that none of them has read is a misspelt one.
     numbers.finish().map_err(|why| why.to_string())?;
     Ok((table, arm, own))
 }

@@ -105,7 +105,7 @@ fn counted(
     Ok(bound)
 }
 
-/// Bits of the obstacles whose names start as the port says.
+/// Bits of the obstacles whose names start with the text of the port.
 #[allow(clippy::result_large_err, reason = "happens at load, once")]
 fn obstacles(binder: &mut Binder<'_>, setup: &Setup, port: &str) -> Result<u64, BindError> {
     let In::Literal(start) = binder.input::<Str>(port)? else {

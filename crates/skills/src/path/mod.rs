@@ -89,8 +89,8 @@ impl Path {
         }
     }
 
-    /// The last waypoint has to be reached once more, without a new move: if it is reached
-    /// already, the next step reports it.
+    /// The last waypoint has to be reached again, without a new move: if it is reached already,
+    /// the next step reports it.
     pub fn again(&mut self) {
         self.moving = !self.waypoints.is_empty();
     }

@@ -142,8 +142,8 @@ mod tests {
     use super::*;
     use crate::setup::Setup;
 
-    /// Recoveries that are asked for when the blackboard says that the left arm
-    /// carries the first cube and its gripper holds object `held`, from 1.
+    /// Number of recoveries that are requested if, on the blackboard, the left arm carries the
+    /// first cube, and its gripper holds object `held`, from 1.
     fn recoveries(held: u32) -> u32 {
         let cell = Cell::load(&Data::checkout(), "franka-pyramid", 1, None).unwrap();
         let setup = Setup::new(&cell, []);

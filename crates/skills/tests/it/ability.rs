@@ -1,5 +1,5 @@
-//! What an arm cannot do is refused before the first decision, with object or place, arm and
-//! remedy.
+//! A job that an arm cannot do is refused before the first decision, with object or place, arm
+//! and advice.
 
 use cell_model::{Cell, Data};
 use robocell_skills::with_file_jobs;

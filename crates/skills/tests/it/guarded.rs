@@ -11,7 +11,7 @@ use serde_json::{Value as Json, json};
 
 use crate::bench::{Bench, LEFT, RIGHT, pose};
 
-/// The keys that say at what the tree works.
+/// The keys with the object on which the tree works.
 const WORK: (&str, &str) = ("current_object", "pickup_reference");
 /// Over the objects of the cell, with the tool straight down.
 const TARGET: [f64; 7] = [0.46, 0.0, 0.22, 0.0, 1.0, 0.0, 0.0];

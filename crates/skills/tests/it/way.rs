@@ -1,4 +1,4 @@
-//! How a motion in a file goes to its target.
+//! The path of a motion in a file to its target.
 
 use std::sync::Arc;
 

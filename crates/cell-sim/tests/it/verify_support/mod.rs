@@ -30,12 +30,12 @@ const LIMIT: u64 = 80;
 /// Ticks from the request for a plan to its answer.
 const PLANNED_TICKS: u64 = 73;
 
-/// What goes otherwise than in lockstep.
+/// Deviations from lockstep.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Timing {
     /// A controller misses this state.
     pub(crate) misses: Option<fn(arm: usize, tick: u64) -> bool>,
-    /// Ticks until a decision is heard.
+    /// Ticks until a decision is received.
     pub(crate) late: Option<fn(tick: u64) -> u64>,
     /// The task sees no state at this tick.
     pub(crate) dozes: Option<fn(tick: u64) -> bool>,
@@ -126,7 +126,7 @@ impl Bench {
         self.drain();
     }
 
-    /// What arm `index` said last.
+    /// The last message of arm `index`.
     pub(crate) fn status(&self, index: usize) -> &ArmStatus {
         self.arms[index].statuses.last().expect("it said something")
     }

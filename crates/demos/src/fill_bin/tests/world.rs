@@ -1,5 +1,5 @@
-//! The coarse world: the cup goes where it is told at an even pace, suction takes
-//! the bin when it is near, and too much weight breaks it off.
+//! The coarse world: the cup moves to its goal at an even pace, suction takes the bin when it
+//! is near, and too much weight breaks it off.
 
 use cell_model::{Cell, Data};
 use ipc_types::decision::{GoalKind, Outcome};
@@ -16,7 +16,7 @@ use robocell_task::output::TraceLineText;
 pub(super) const BIN: usize = 0;
 const DEMO: &str = "ur10-fill-bin";
 const NAME: &str = "matrix";
-/// How far the cup goes between two decisions (m).
+/// Distance that the cup moves between two decisions (m).
 const PACE_M: f64 = 0.01;
 
 pub(super) struct World {
@@ -33,7 +33,7 @@ pub(super) struct World {
     pub(super) leaky: bool,
     /// Pose of the bin after its fall.
     pub(super) fallen: Isometry3<f64>,
-    /// It falls when it is let go, too.
+    /// It falls when it is released, too.
     pub(super) falls: bool,
     /// A new task is restored from the checkpoint before every decision.
     pub(super) restarts: bool,
@@ -97,7 +97,7 @@ impl World {
         self.task.reconcile(&self.state);
     }
 
-    /// The operator asks for the gripper.
+    /// The operator commands the gripper.
     pub(super) fn ask(&mut self, goal: GripperGoal) {
         let panel = &mut self.state.panel;
         (panel.gripper, panel.gripper_seq) = (goal.code(), panel.gripper_seq + 1);

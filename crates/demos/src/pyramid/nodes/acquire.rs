@@ -140,8 +140,8 @@ impl AcquireCube {
             }
             return Ok(Status::Failure);
         };
-        // The order of the writes: everything that can fail was computed above, so a node that
-        // fails leaves neither a lock nor a reservation behind.
+        // All that can fail was computed above, so a node that fails leaves no lock and no
+        // reservation behind.
         state.unseen = None;
         self.notes.recovery.clear(cx)?;
         self.notes.zone.take(cx)?;

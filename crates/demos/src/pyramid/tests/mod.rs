@@ -25,7 +25,7 @@ use super::{Pyramid, library};
 use bench::{Bench, LEFT, RIGHT, numbers, pose};
 
 const FILE: &str = "franka-pyramid.tree.json";
-/// The keys that say at what the tree works.
+/// The keys with the object on which the tree works.
 const WORK: (&str, &str) = ("current_cube", "pickup_reference");
 
 fn cell() -> (Cell, PyramidTask) {

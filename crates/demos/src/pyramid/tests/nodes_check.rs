@@ -28,7 +28,7 @@ fn n25_the_last_cube_completes_the_stack_and_counts_once() {
     assert_eq!(bench.get("stack_complete:left"), Some(Value::Bool(true)));
     assert_eq!(bench.text("cube_state:cube_6"), "placed:left");
     assert!(current(&bench).is_empty() && !bench.recovery());
-    // The same once more, as after a restart between the two.
+    // The same again, as after a restart between the two.
     bench.works_at(WORK, 5);
     assert_eq!(bench.tick(), Status::Success);
     assert_eq!(bench.get("placed:left"), Some(set_of(&[0, 5])));
@@ -60,7 +60,7 @@ fn a_complete_stack_that_lost_a_cube_is_not_complete() {
     assert_eq!(bench.tick(), Status::Success);
     *bench.object(1) = [0.3, -0.5, 0.025];
     assert_eq!(bench.tick(), Status::Failure);
-    // What hangs in the air above the gap is not part of it either.
+    // A cube above the gap is not part of it either.
     assert_eq!(bench.get("placed:left"), Some(set_of(&[0])));
     assert_eq!(bench.text("cube_state:cube_3"), "available");
 }

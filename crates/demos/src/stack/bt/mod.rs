@@ -25,7 +25,7 @@ use super::turn::Turn;
 /// The host type of the tree.
 pub struct StackHost;
 
-/// What the leaves of the tree read and change during a tick.
+/// The data that the leaves of the tree read and change during a tick.
 pub struct StackWorld<'w> {
     /// The decision being made.
     pub turn: Turn<'w>,

@@ -37,7 +37,7 @@ enum Spot {
     Other,
 }
 
-/// What makes two situations the same.
+/// The data by which two situations are compared.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Key {
     phase: String,
@@ -67,10 +67,10 @@ pub(crate) struct Situation {
     decisions_in_phase: u32,
     /// Drops since a cube was last set down.
     losses: u32,
-    /// The hand was told to let go and did not yet: its fingers are stuck. It
-    /// may be told again.
+    /// The hand was commanded to open and has not opened: its fingers are stuck. The command
+    /// may be repeated.
     opening: bool,
-    /// The cube that was let go last.
+    /// The cube that was released last.
     released: Option<usize>,
     /// By cube: how often in a row it was not where it had been set down.
     misplaced: [u32; CUBES],
@@ -150,7 +150,7 @@ impl Situation {
         &self.story
     }
 
-    /// What comes of `choice`; `None` where it makes no difference.
+    /// The situation after `choice`; `None` if it makes no difference.
     pub(crate) fn after(&self, choice: Choice) -> Option<Self> {
         if !self.is_possible(choice) {
             return None;
@@ -208,7 +208,7 @@ impl Situation {
         self
     }
 
-    /// The same after the operator asked for another start.
+    /// The same after another start by the operator.
     pub(crate) fn restarted(mut self) -> Self {
         self.state.panel.task_start += 1;
         self.story.push("started again".to_owned());
@@ -267,7 +267,7 @@ impl Situation {
         self.assert_keeps_hold(&before);
     }
 
-    /// What the policies count, too, and give up at.
+    /// The count that the policies have, too, and at which they fail the job.
     fn count_misplaced(&mut self, before: &Decision) {
         let (was, is) = (before.phase.as_str(), self.decision.phase.as_str());
         if is == "RELEASE" && self.held.is_some() {

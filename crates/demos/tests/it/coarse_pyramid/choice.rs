@@ -1,4 +1,4 @@
-//! What may happen between two decisions.
+//! Events that may happen between two decisions.
 
 /// Number of arms.
 pub(crate) const ARMS: usize = 2;
@@ -26,7 +26,7 @@ pub(crate) enum Choice {
     Beside(usize, usize),
     /// The controller falls silent: the arm stays, the fingers too.
     Silent(usize),
-    /// It is heard again.
+    /// It answers again.
     Heard(usize),
     /// The task is reset.
     Reset,

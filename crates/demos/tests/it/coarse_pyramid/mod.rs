@@ -1,4 +1,4 @@
-//! The task of the pyramid in a coarse world: situations, and what comes of them.
+//! The task of the pyramid in a coarse world: situations, and their successors.
 
 mod choice;
 mod promises;
@@ -38,7 +38,7 @@ pub(crate) struct Setting {
 struct Bench {
     task: RefCell<Task>,
     window: Arc<Mutex<Seen>>,
-    /// What physics publishes, as far as it is the same in all situations.
+    /// The state that physics publishes, as far as it is the same in all situations.
     state: RefCell<Box<WorldState>>,
     /// By arm and node.
     names: Vec<Vec<String>>,
@@ -52,7 +52,7 @@ impl Bench {
     }
 }
 
-/// What makes two situations the same.
+/// The data by which two situations are compared.
 #[derive(Hash)]
 struct Key {
     seen: Seen,
@@ -168,7 +168,7 @@ impl Situation {
         format!("owner {owner:?}, {words:?} at {spots:.3?}, {held:?} in hands at {hands:.3?}\n")
     }
 
-    /// What led here, at most the last `most` steps.
+    /// The path to here, at most the last `most` steps.
     pub(crate) fn story(&self, most: usize) -> String {
         let mut steps = Vec::new();
         let mut step = self.story.as_ref();
@@ -183,7 +183,7 @@ impl Situation {
         story
     }
 
-    /// What comes of `choice`; `None` where it makes no difference.
+    /// The situation after `choice`; `None` if it makes no difference.
     pub(crate) fn after(&self, choice: Choice) -> Option<Self> {
         if !self.world.is_possible(choice) {
             return None;
@@ -233,7 +233,7 @@ impl Situation {
         self
     }
 
-    /// The same after the operator asked for another start.
+    /// The same after another start by the operator.
     pub(crate) fn restarted(mut self) -> Self {
         self.world.panel.task_start += 1;
         self.tell("started again".to_owned());
@@ -289,7 +289,7 @@ impl Situation {
         self.wrong = moment.wrong().map(|wrong| format!("{wrong}, {leaf:?}"));
     }
 
-    /// What this situation breaks.
+    /// The promises that this situation breaks.
     pub(crate) fn wrong(&self) -> Option<&str> {
         self.wrong.as_deref()
     }

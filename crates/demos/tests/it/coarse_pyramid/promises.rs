@@ -1,4 +1,4 @@
-//! What has to hold after every decision.
+//! Promises that have to hold after every decision.
 
 use ipc_types::decision::{GoalKind, Outcome};
 use ipc_types::{ArmGoal, Decision, GripperGoal};
@@ -15,7 +15,7 @@ const CENTER_HALF: [f64; 2] = [0.10, 0.12];
 /// A lease (ticks).
 const LEASE_TICKS: u64 = 500;
 
-/// One decision, and what led to it.
+/// One decision, with the situation before it.
 pub(crate) struct Moment<'a> {
     pub(crate) world: &'a World,
     pub(crate) before: &'a Decision,
@@ -57,7 +57,7 @@ impl Moment<'_> {
         self.decision.outcome == Outcome::Paused.code()
     }
 
-    /// The board says that a cube is the other arm's.
+    /// On the board a cube belongs to the other arm.
     fn is_others(&self, arm: usize, cube: usize) -> bool {
         match self.seen.words[cube] {
             Word::Reserved(a) | Word::Carried(a) | Word::Placed(a) => a != arm,
@@ -95,7 +95,7 @@ impl Moment<'_> {
             .then(|| format!("arm {owner} is silent and owns the centre"))
     }
 
-    /// Each cube is one arm's, and what the board says of it fits together.
+    /// Each cube belongs to one arm, and its keys on the board agree.
     fn disagrees(&self) -> Option<String> {
         let seen = self.seen;
         if seen.placed[0] & seen.placed[1] != 0 {
@@ -107,7 +107,7 @@ impl Moment<'_> {
             if seen.words.iter().filter(works).count() > 1 {
                 return Some(format!("arm {arm} has two cubes"));
             }
-            // A cube that fell between closing fingers is let go again.
+            // A cube that fell between closing fingers is released again.
             let lets_go = matches!(self.leaf[arm], "grasp" | "recover");
             if self.world.held[arm].is_some_and(|cube| self.is_others(arm, cube)) && !lets_go {
                 return Some(format!("arm {arm} holds the other's cube"));

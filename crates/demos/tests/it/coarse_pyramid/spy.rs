@@ -15,7 +15,7 @@ use super::choice::ARMS;
 
 pub(crate) const NAMES: [&str; ARMS] = ["left", "right"];
 
-/// What an arm has to do with a cube, by the shared board.
+/// Relation of an arm to a cube, on the shared board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Word {
     Available,
@@ -24,7 +24,7 @@ pub(crate) enum Word {
     Placed(usize),
 }
 
-/// What was seen through the window.
+/// The data seen through the window.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub(crate) struct Seen {
     /// Arm that owns the centre.

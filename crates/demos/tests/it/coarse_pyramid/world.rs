@@ -34,9 +34,9 @@ pub(crate) struct World {
     pub(crate) arms: [ArmState; ARMS],
     objects_state: [ObjectState; OBJECTS],
     pub(crate) status: [ArmStatus; ARMS],
-    /// By arm: the cube in the hand.
+    /// By arm: the held cube.
     pub(crate) held: [Option<usize>; ARMS],
-    /// By arm: what the hand was told last.
+    /// By arm: the last command of the hand.
     pub(crate) told: [GripperGoal; ARMS],
     /// By arm: its controller is silent.
     pub(crate) silent: [bool; ARMS],
@@ -156,7 +156,7 @@ impl World {
         self.sense();
     }
 
-    /// The hands hear of a new decision.
+    /// The hands receive a new decision.
     pub(crate) fn tell(&mut self, goals: &[ArmGoal]) {
         for (told, goal) in self.told.iter_mut().zip(goals) {
             let gripper = GripperGoal::from_code(goal.gripper).unwrap();
@@ -243,7 +243,7 @@ impl World {
         }
     }
 
-    /// Height at which a cube comes to rest if it is let go (m).
+    /// Height at which a cube comes to rest if it is released (m).
     fn rest_height(&self, cube: usize) -> f64 {
         let [x, y, z] = self.position(cube);
         let below = |other: &usize| {
@@ -255,7 +255,7 @@ impl World {
         top.fold(CUBE_M / 2.0, f64::max)
     }
 
-    /// What the sensors of the hands say.
+    /// Readings of the hands' sensors.
     fn sense(&mut self) {
         for arm in 0..ARMS {
             let number = |cube: usize| u32::try_from(self.objects[cube] + 1).unwrap();

@@ -299,7 +299,7 @@ impl FakeCell {
         self.lines.iter().filter(|l| l.contains(part)).count()
     }
 
-    /// What was decided, without the word each kind of policy has for it.
+    /// The decision, without the names that differ between kinds of policies.
     pub(crate) fn decided(&self) -> Vec<&str> {
         self.lines
             .iter()

@@ -26,7 +26,7 @@ pub(crate) struct PalletCell {
     pub(crate) slippery: bool,
     /// The bin on the cup, and where, seen from the tool.
     pub(crate) held: Option<(usize, Isometry3<f64>)>,
-    /// Bins that were let go in the jig.
+    /// Bins that were released in the jig.
     pub(crate) flips: Vec<usize>,
     cell: Cell,
     task: Task,
@@ -136,7 +136,7 @@ impl PalletCell {
         panic!("never in {phase}: {:#?}", self.lines);
     }
 
-    /// One decision, and what comes of it.
+    /// One decision, and its effects.
     pub(crate) fn step(&mut self) {
         self.decide();
         self.follow();
@@ -165,7 +165,7 @@ impl PalletCell {
             .extend(texts.filter(|line| !line.starts_with("[task]")));
     }
 
-    /// The tool turns at once and goes straight to its goal.
+    /// The tool turns at once and moves straight to its goal.
     fn follow(&mut self) {
         let goal = self.decision.goals[0];
         self.status.goal_id = goal.goal_id;
@@ -241,7 +241,7 @@ impl PalletCell {
         }
     }
 
-    /// Brings bins that were asked for, and carries those on the belt.
+    /// Brings the requested bins, and carries those on the belt.
     fn belt(&mut self) {
         let came = self.state.equipment.bins_supplied;
         if self.decision.io.add_bin > came {

@@ -11,7 +11,7 @@ use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use robocell_skills::{geometry, pose};
 use robocell_task::Task;
 
-/// How far the cup goes between two decisions (m).
+/// Distance that the cup moves between two decisions (m).
 const PACE_M: f64 = 0.03;
 /// The cup takes a side whose middle is this near (m); a spot on a floor may be
 /// further off.
@@ -22,7 +22,7 @@ const BIN: [f64; 3] = [0.30, 0.20, 0.135];
 pub(crate) struct Placement {
     pub(crate) demo: &'static str,
     pub(crate) policy: &'static str,
-    /// Where a bin comes (m).
+    /// Position at which a bin arrives (m).
     supply: [f64; 3],
     /// Where bins are turned over (m); at the jig they turn by themselves.
     station: [f64; 3],
@@ -153,7 +153,7 @@ impl World {
         GripperGoal::from_code(self.decision.goals[0].gripper).unwrap()
     }
 
-    /// One decision, and what comes of it.
+    /// One decision, and its effects.
     pub(crate) fn step(&mut self) {
         let mut lines = Vec::new();
         let status = [Some(&*self.status)];

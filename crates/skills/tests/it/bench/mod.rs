@@ -34,7 +34,7 @@ pub(crate) struct Bench {
     pub(crate) job: Job,
     memory: ArmMemory,
     pub(crate) lines: Vec<String>,
-    /// The controllers are not heard.
+    /// The controllers do not answer.
     pub(crate) mute: bool,
 }
 
@@ -153,7 +153,7 @@ impl Bench {
         text(self.local(key))
     }
 
-    /// Whether the arm's tree is asked for a recovery.
+    /// Whether a recovery is requested from the arm's tree.
     pub(crate) fn recovery(&self) -> bool {
         let robot = &self.setup.arms[self.arm].name;
         self.get(&format!("recovery_requested:{robot}")) == Some(Value::Bool(true))
@@ -191,7 +191,7 @@ impl Bench {
     }
 }
 
-/// The cell as its file says, both arms beside each other with open grippers.
+/// The cell of the file, both arms beside each other with open grippers.
 fn at_rest(cell: &Cell) -> Box<WorldState> {
     let mut state = Box::new(WorldState::zeroed());
     state.header = Header::caused_by::<WorldState>(0);
