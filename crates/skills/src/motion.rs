@@ -148,8 +148,7 @@ impl MoveTo {
                 place,
                 above_m,
             } => {
-                // Chosen once: another object may take the free slot while this one is on its
-                // way there.
+                // Chosen once: the next free slot may change while the object is on its way.
                 let at = match progress.anchor {
                     Some(at) => at,
                     None => *progress.anchor.insert(destination(object, place, world)?),

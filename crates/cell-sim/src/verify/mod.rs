@@ -11,7 +11,8 @@
 //!
 //! - Nothing is compared whose inputs are not all recorded; it counts as skipped. The verdict
 //!   is `Nothing` if all was skipped, never `Same`.
-//! - After a difference the recorded memory is used, so that one error is one difference.
+//! - Where a state record differs, computing continues from the recorded one, so that one error
+//!   does not make every later message different.
 //! - A decision made from a state whose objects are not all recorded is a doubt first. It
 //!   becomes a difference only if those objects were at rest (`states`).
 //! - Duplicates, which a restarted recorder writes, are ignored; gaps are listed.
