@@ -4,9 +4,9 @@
 //! Limits apply to difference quotients over a tick, as violations are counted: acceleration is
 //! the change of the commanded velocity over a tick, jerk the change of that.
 //!
-//! Physics and controllers both use it, so its result must be the same bits in both: a
-//! controller that restarts continues from the ramp of physics (ADR 0007). A ramp that breaks a
-//! limit would make the stop itself a violation.
+//! Physics brakes with it, and publishes the ramp as the setpoint from which a controller that
+//! restarts continues (ADR 0007). A ramp that breaks a limit would make the stop itself a
+//! violation, and the first command after it another one.
 
 use rmp::JointLimits;
 
