@@ -236,8 +236,8 @@ impl Skill for MoveTo {
         if begins && world.is_there(&drive) {
             return Status::Success;
         }
-        // Travel starts with a rise if the tool is beside an object; a precise motion is meant to
-        // be near one.
+        // Travel starts with a rise if the tool is beside an object; a precise motion is meant
+        // to be near one.
         let leaves = progress.stage == 0 && !self.precise;
         if leaves && !is_clear(&mut progress.step, object, world) {
             return Status::Running;

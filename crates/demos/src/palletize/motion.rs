@@ -48,8 +48,8 @@ pub(super) fn waypoint(view: &View<'_>, work: &Work, go: &GoTable) -> Option<Way
             target
         }
         Target::Up { by_m, lead_m } => {
-            // `lead_m` ahead of the tool, up to the whole lift: far from its target the arm turns
-            // its tool freely, and the bin would swing.
+            // `lead_m` ahead of the tool, up to the whole lift: far from its target the arm
+            // turns its tool freely, and the bin would swing.
             let lifted = view.tool.translation.z - base.translation.z;
             with(Vector3::z() * (lifted.max(0.0) + lead_m).min(by_m))
         }

@@ -108,7 +108,8 @@ impl MatrixRun {
                     state,
                     event,
                     handler: Some(_),
-                    // The idle event is handled in nearly every decision and would fill the trace.
+                    // The idle event is handled in nearly every decision and would fill the
+                    // trace.
                 } if Some(event) != idle => {
                     let shown = Some((state.0, event.0));
                     if self.shown != shown {

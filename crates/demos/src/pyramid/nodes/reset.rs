@@ -120,7 +120,7 @@ impl Leaf<Station> for FrankaReset {
             return Ok(Status::Failure);
         }
         state.attempts = 0;
-        // Once for each start: a second time would release the centre while the arm works there.
+        // Once for each start: later it would release the centre while the arm works there.
         if !state.begun {
             state.begun = true;
             self.begin(cx)?;

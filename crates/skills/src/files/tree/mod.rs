@@ -393,7 +393,8 @@ impl AnyPolicy for TreePolicy {
             if !is_over || (!all_done && was_undone(self.is_still_done.as_ref(), &mut world)) {
                 self.tick(arm, &mut world);
             }
-            // Also for an arm whose tree was not ticked: it keeps its target, and a drop counts.
+            // Also for an arm whose tree was not ticked: it keeps its target, and a drop
+            // counts.
             world.finish();
             if let Some(it) = self.arms.get_mut(arm) {
                 it.memory = memory;
