@@ -1,7 +1,5 @@
 //! Memory layout of the messages' structs, for readers in other languages.
 
-use crate::wire::Wire;
-
 /// One field of a struct.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FieldLayout {
@@ -17,9 +15,11 @@ pub struct FieldLayout {
 }
 
 impl FieldLayout {
-    /// The layout of a field of type `T`.
-    pub(crate) fn of<T: Wire>(name: &'static str, offset: usize) -> Self {
-        let (element, count) = T::element();
+    pub(crate) fn new(
+        name: &'static str,
+        (element, count): (String, usize),
+        offset: usize,
+    ) -> Self {
         Self {
             name,
             element,
@@ -36,16 +36,9 @@ pub struct StructLayout {
     pub name: &'static str,
     /// Its size.
     pub bytes: usize,
-    /// [`Wire::SCHEMA`]; in the header of a message, and behind `#` in the name of
+    /// [`crate::Wire::SCHEMA`]; in the header of a message, and behind `#` in the name of
     /// its type on the bus.
     pub schema: u64,
     /// Its fields, in the order of their offsets.
     pub fields: Vec<FieldLayout>,
-}
-
-/// The layout of `T`, first, and of every struct in it.
-pub fn layout_of<T: Wire>() -> Vec<StructLayout> {
-    let mut structs = Vec::new();
-    T::describe(&mut structs);
-    structs
 }

@@ -37,7 +37,7 @@ pub use tap::{Keyframe, WorldPiece};
 pub use text::Text;
 pub use trace::TraceLine;
 pub use validate::{Invalid, Validate};
-pub use wire::Wire;
+pub use wire::{Wire, layout_of};
 pub use world::{ArmState, GripperState, ObjectState, OperatorPanel, WorldState};
 
 /// Arms in one cell.

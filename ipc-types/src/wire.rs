@@ -55,6 +55,13 @@ pub unsafe trait Wire: Copy + Send + Sync + 'static {
     }
 }
 
+/// The layout of `T`, first, and of every struct in it.
+pub fn layout_of<T: Wire>() -> Vec<StructLayout> {
+    let mut structs = Vec::new();
+    T::describe(&mut structs);
+    structs
+}
+
 // FNV-1a, as it can be computed in a constant: the hash is known when the program is compiled.
 const FNV_OFFSET: u64 = 0xcbf2_9ce4_8422_2325;
 const FNV_PRIME: u64 = 0x0000_0100_0000_01b3;
@@ -204,8 +211,9 @@ macro_rules! wire {
                     name: stringify!($name),
                     bytes: size_of::<$name>(),
                     schema: <Self as $crate::wire::Wire>::SCHEMA,
-                    fields: vec![$($crate::layout::FieldLayout::of::<$ty>(
+                    fields: vec![$($crate::layout::FieldLayout::new(
                         stringify!($field),
+                        <$ty as $crate::wire::Wire>::element(),
                         core::mem::offset_of!($name, $field),
                     ),)*],
                 });

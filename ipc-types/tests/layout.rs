@@ -5,7 +5,7 @@ mod damage;
 
 use std::fmt::Write as _;
 
-use ipc_types::layout::layout_of;
+use ipc_types::layout_of;
 use ipc_types::*;
 
 /// Programs in other languages read these layouts: a change is a line "Migration" in

@@ -1,8 +1,8 @@
 //! Memory layout of our own structs as JSON, so that a reader in any language can take them
 //! apart.
 
-use ipc_types::Wire;
-use ipc_types::layout::{FieldLayout, StructLayout, layout_of};
+use ipc_types::layout::{FieldLayout, StructLayout};
+use ipc_types::{Wire, layout_of};
 use serde_json::{Map, Value, json};
 
 /// `schema_encoding` of the channels of structs.
