@@ -25,7 +25,7 @@ pub use check::Checker;
 pub use data::Data;
 pub use error::{Location, ModelError};
 pub use robots::dynamics::Dynamics;
+pub use robots::files::RobotFiles;
 pub use robots::robot::{JointSpec, ParallelGripper, Robot, SuctionGripper};
 pub use robots::self_distance::SelfDistance;
-pub use robots::user::RobotFiles;
 pub use shape::{Link, LinkShape, Panel, Shape};

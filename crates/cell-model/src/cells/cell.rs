@@ -13,9 +13,9 @@ use crate::check::Checker;
 use crate::data::Data;
 use crate::error::ModelError;
 use crate::random::Random;
+use crate::robots::files::RobotFiles;
 use crate::robots::robot::Robot;
-use crate::robots::user::RobotFiles;
-use crate::runs::report::policy_of_kind;
+use crate::runs::policy_name::policy_of_kind;
 use crate::shape::Shape;
 use crate::{suggest, toml_text};
 

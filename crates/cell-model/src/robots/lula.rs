@@ -12,9 +12,9 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 
 use crate::error::{Location, ModelError};
+use crate::robots::files::RobotFiles;
 use crate::robots::motion::read;
 use crate::robots::rmpflow::yaml;
-use crate::robots::user::RobotFiles;
 use crate::robots::xrdf::{ACCELERATION, JERK, Reader, Sphere, Xrdf};
 
 /// Keys of which every description has one, and that no XRDF has.

@@ -11,8 +11,8 @@ use urdf_rs::JointType;
 
 use crate::error::{Location, ModelError};
 use crate::robots::robot::Robot;
-use crate::robots::urdf::UrdfLimits;
 use crate::robots::urdf_clean::Lines;
+use crate::robots::urdf_limits::UrdfLimits;
 
 /// Smallest share of its range that a followed joint keeps; with less the limits of its
 /// followers are ignored.

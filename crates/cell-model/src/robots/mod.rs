@@ -3,6 +3,7 @@
 pub mod cover;
 pub mod dynamics;
 mod file;
+pub mod files;
 mod load;
 mod lula;
 mod mimic;
@@ -17,6 +18,7 @@ mod self_pairs;
 pub mod urdf;
 mod urdf_check;
 mod urdf_clean;
+mod urdf_limits;
 mod urdf_scan;
 pub mod user;
 pub mod xrdf;

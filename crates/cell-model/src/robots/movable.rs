@@ -6,8 +6,9 @@ use nalgebra::Vector3;
 use crate::random::Random;
 use crate::robots::robot::Robot;
 use crate::robots::urdf::independent;
-use crate::robots::user::MOST_CANDIDATES;
 
+/// Number of tips that a message names: more do not help to choose one.
+pub(super) const MOST_CANDIDATES: usize = 12;
 /// Number of configurations that are tried.
 const TRIALS: usize = 32;
 /// A tip that moves by less than this does not move visibly (m).

@@ -7,7 +7,7 @@ use crate::random::Random;
 use crate::robots::dynamics::Dynamics;
 use crate::robots::load::stiffness;
 use crate::robots::robot::Robot;
-use crate::robots::urdf::UrdfLimits;
+use crate::robots::urdf_limits::UrdfLimits;
 
 /// Number of poses that are tried.
 const TRIALS: usize = 64;

@@ -10,24 +10,12 @@ use crate::error::{Location, ModelError};
 use crate::robots::mimic;
 use crate::robots::urdf_check;
 use crate::robots::urdf_clean;
+use crate::robots::urdf_limits::UrdfLimits;
 use crate::robots::urdf_scan;
 use crate::shape::{Link, LinkShape, Shape};
 
 /// Turns of a continuous joint to each side: a real arm has cables.
 pub const CONTINUOUS_TURNS: f64 = 2.0;
-
-/// Limits of one joint in its URDF.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct UrdfLimits {
-    /// Velocity (rad/s or m/s); 0 if the file has none.
-    pub velocity: f64,
-    /// Effort (N·m or N); 0 if the file has none.
-    pub effort: f64,
-    /// Acceleration (rad/s², m/s²), if the file has it.
-    pub acceleration: Option<f64>,
-    /// Jerk (rad/s³, m/s³), if the file has it.
-    pub jerk: Option<f64>,
-}
 
 /// A URDF, checked and merged.
 #[derive(Clone, Debug)]

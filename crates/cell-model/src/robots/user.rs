@@ -1,12 +1,13 @@
 //! A user's own arm.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use crate::error::{Location, ModelError};
+use crate::robots::files::RobotFiles;
 use crate::robots::lula;
 use crate::robots::mimic;
 use crate::robots::motion::read;
-use crate::robots::movable::TipOption;
+use crate::robots::movable::{MOST_CANDIDATES, TipOption};
 use crate::robots::robot::Robot;
 use crate::robots::urdf::{self, UrdfRobot};
 use crate::robots::xrdf::{self, Xrdf};
@@ -14,23 +15,6 @@ use crate::suggest;
 
 /// With fewer joints before a branch than this, the tree is not an arm with a hand.
 const LEAST_TRUNK: usize = 4;
-/// Number of tips that a message names.
-pub(super) const MOST_CANDIDATES: usize = 12;
-
-/// Files of a user's arm (`--robot`, `--xrdf`, `--rmpflow`, `--tip`).
-#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub struct RobotFiles {
-    /// The URDF.
-    pub urdf: PathBuf,
-    /// Controlled joints, limits, tool frame and spheres: an XRDF, or a robot description
-    /// of Lula.
-    pub xrdf: Option<PathBuf>,
-    /// Tuning, `format: rmpflow`.
-    pub rmpflow: Option<PathBuf>,
-    /// The link of the tool; the arm ends there.
-    #[serde(default)]
-    pub tip: Option<String>,
-}
 
 impl RobotFiles {
     /// If the robot is a `config.json` of Isaac Sim, the files that it names; files that were

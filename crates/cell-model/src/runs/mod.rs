@@ -6,6 +6,7 @@ pub mod message;
 pub mod output;
 pub mod phase_name;
 mod phases;
+pub(crate) mod policy_name;
 pub mod python;
 pub mod record;
 pub mod report;

@@ -4,10 +4,11 @@
 //! Each way has its place to show them, and none of them chooses among them. A warning that
 //! only one way computes would be missing in the others.
 
+use crate::Cell;
 use crate::cells::script::ScriptLine;
-use crate::{Cell, suggest};
 
 use super::phases;
+pub use super::policy_name::{policy_named, unknown_policy};
 use super::script_report::ScriptReply;
 
 /// Warnings about the files that `cell` was loaded from, each once.
@@ -33,34 +34,4 @@ pub fn of_script(script: &[ScriptLine], drawing: &str, cell: &Cell) -> Vec<Strin
 pub fn of_replies(replies: &[ScriptReply]) -> impl Iterator<Item = String> {
     let refused = replies.iter().filter(|reply| !reply.accepted);
     refused.map(ScriptReply::to_string)
-}
-
-/// Kinds of `[task]` whose job is a file. Earlier builds used these names for their policies,
-/// too; the second name is that of the policy now, which the built-in cells also use.
-const FILE_POLICIES: [(&str, &str); 2] = [("tree", "json"), ("machine", "table")];
-
-/// The policy of `known` with the name `asked`, or the one that had this name in an earlier
-/// build.
-pub fn policy_named<'k>(asked: &str, known: &[&'k str]) -> Option<&'k str> {
-    let find = |name: &str| known.iter().copied().find(|policy| *policy == name);
-    let today = || {
-        let (_, name) = FILE_POLICIES.iter().find(|(kind, _)| *kind == asked)?;
-        find(name)
-    };
-    find(asked).or_else(today)
-}
-
-/// The present name of a policy in a cell file with a task of `kind`.
-pub(crate) fn policy_of_kind(kind: &str, policy: String) -> String {
-    let known = FILE_POLICIES.iter().find(|(name, _)| *name == kind);
-    match known {
-        Some((name, today)) if policy == *name => (*today).to_owned(),
-        _ => policy,
-    }
-}
-
-/// The refusal of a policy that the job of `demo` does not have.
-pub fn unknown_policy(asked: &str, known: &[&str], demo: &str) -> String {
-    let advice = suggest::advice(asked, known);
-    format!("there is no policy '{asked}' for demo '{demo}'; {advice}")
 }

@@ -11,7 +11,7 @@ use crate::cells::script::ScriptLine;
 use crate::cells::setting::Setting;
 use crate::data::Data;
 use crate::error::ModelError;
-use crate::robots::user::RobotFiles;
+use crate::robots::files::RobotFiles;
 use crate::runs::wire;
 
 pub use super::secrets::PageSecrets;
