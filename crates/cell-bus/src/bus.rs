@@ -17,18 +17,15 @@ use iceoryx2::prelude::{
 use iceoryx2::service::builder::publish_subscribe::PublishSubscribeOpenError as OpenError;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 use ipc_types::header::Message;
-use ipc_types::topic::{Process, TopicId};
+use ipc_types::topic::Process;
 use ipc_types::{OperatorReply, OperatorRequest};
 
 use crate::bell::{Doorbell, Sleeper};
 use crate::error::BusError;
 use crate::hidden::Hidden;
 use crate::identity::Identity;
-use crate::message::TopicMessage;
 use crate::operator::{OperatorClient, OperatorServer};
-use crate::publisher::Publisher;
 use crate::site::RunSite;
-use crate::subscriber::{Latest, Subscriber};
 
 /// How long a service that should exist may take to be opened: another process
 /// may be cleaning up after a dead one at this moment.
@@ -88,34 +85,6 @@ impl Bus {
 
     pub(crate) fn identity(&self) -> Identity {
         self.identity
-    }
-
-    /// The writer of a topic, and of its tap if it has one (ADR 0012).
-    pub fn publisher<T: TopicMessage>(&self, topic: TopicId) -> Result<Publisher<T>, BusError> {
-        let tap = topic.tap().map(TopicId::service);
-        Publisher::open(self, &topic.service(), tap.as_deref())
-    }
-
-    /// A reader of a topic: the newest message, read in place.
-    pub fn subscriber<T: TopicMessage>(&self, topic: TopicId) -> Result<Subscriber<T>, BusError> {
-        self.subscriber_of(&topic.service())
-    }
-
-    /// As [`Self::publisher`], for a topic added by
-    /// [`crate::Keeper::add_topic`].
-    pub fn publisher_of<T: TopicMessage>(&self, name: &str) -> Result<Publisher<T>, BusError> {
-        Publisher::open(self, name, None)
-    }
-
-    /// As [`Self::subscriber`], for a topic added by
-    /// [`crate::Keeper::add_topic`].
-    pub fn subscriber_of<T: TopicMessage>(&self, name: &str) -> Result<Subscriber<T>, BusError> {
-        Subscriber::open(self, name)
-    }
-
-    /// A reader that keeps a copy of the newest message.
-    pub fn latest<T: TopicMessage>(&self, topic: TopicId) -> Result<Latest<T>, BusError> {
-        Ok(Latest::new(self.subscriber(topic)?))
     }
 
     /// The end of a process's doorbell that wakes it.

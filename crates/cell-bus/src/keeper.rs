@@ -13,19 +13,15 @@ use std::any::Any;
 use std::fs::DirBuilder;
 use std::os::unix::fs::DirBuilderExt;
 
-use iceoryx2::prelude::{
-    LogLevel, Node, NodeBuilder, NodeName, ServiceName, SignalHandlingMode, ipc, set_log_level,
-};
-use iceoryx2::service::builder::Builder;
-use ipc_types::header::Message;
+use iceoryx2::prelude::{LogLevel, NodeBuilder, NodeName, SignalHandlingMode, ipc, set_log_level};
 use ipc_types::topic::{OPERATOR_SERVICE, Process, TopicId, doorbell};
 use ipc_types::{
     ArmCommand, ArmStatus, Contacts, Decision, Health, Keyframe, TraceLine, WorldPiece, WorldState,
 };
 
 use crate::error::BusError;
-use crate::hidden::Hidden;
-use crate::message::{Limits, TopicMessage};
+use crate::factory::{Factory, Limits, create_error};
+use crate::message::TopicMessage;
 use crate::operator::create_service;
 use crate::qos;
 use crate::site::RunSite;
@@ -35,9 +31,9 @@ use crate::site::RunSite;
 /// restart of all its users.
 #[derive(Debug)]
 pub struct Keeper {
-    // Services before the node: they are given back in this order.
+    // Services before the node of the factory: they are given back in this order.
     services: Vec<Box<dyn Any>>,
-    node: Hidden<Node<ipc::Service>>,
+    factory: Factory,
     run: u64,
 }
 
@@ -72,7 +68,7 @@ impl Keeper {
             .map_err(|error| failed(format!("{error:?}")))?;
         let mut keeper = Self {
             services: Vec::new(),
-            node: Hidden::new(node),
+            factory: Factory::new(node),
             run,
         };
         // All topics, also those that no process of this cell
@@ -83,7 +79,7 @@ impl Keeper {
         for process in Process::all(arms) {
             keeper.create_bell(&doorbell(process))?;
         }
-        let operator = create_service(keeper.builder(OPERATOR_SERVICE)?)
+        let operator = create_service(keeper.factory.builder(OPERATOR_SERVICE)?)
             .map_err(|reason| create_error(OPERATOR_SERVICE, reason))?;
         keeper.services.push(Box::new(operator));
         // Last, as segments exist only after their services.
@@ -154,39 +150,16 @@ impl Keeper {
     }
 
     fn add<T: TopicMessage>(&mut self, name: &str, limits: Limits) -> Result<(), BusError> {
-        let service = T::create(self, name, limits)?;
+        let service = T::create(&self.factory, name, limits)?;
         self.services.push(service);
         Ok(())
-    }
-
-    pub(crate) fn create_service<T: Message>(
-        &self,
-        name: &str,
-        limits: Limits,
-    ) -> Result<Box<dyn Any>, BusError> {
-        let service = self
-            .builder(name)?
-            .publish_subscribe::<T>()
-            // More publishers than the one writer: a slot of a
-            // writer killed while it started is lost.
-            .max_publishers(qos::MAX_PUBLISHERS)
-            .max_subscribers(limits.readers)
-            .max_nodes(qos::MAX_NODES)
-            .history_size(limits.history)
-            .subscriber_max_buffer_size(limits.depth)
-            .subscriber_max_borrowed_samples(qos::MAX_BORROWED)
-            // Without overflow a publisher waits for a stopped
-            // reader: 2.0 s in one send were measured.
-            .enable_safe_overflow(true)
-            .create()
-            .map_err(|error| create_error(name, error))?;
-        Ok(Box::new(service))
     }
 
     fn create_bell(&mut self, name: &str) -> Result<(), BusError> {
         // Every process and tool may ring; only the owner sleeps,
         // but its dead starts keep their slots.
         let service = self
+            .factory
             .builder(name)?
             .event()
             .max_notifiers(qos::MAX_NODES)
@@ -197,17 +170,5 @@ impl Keeper {
             .map_err(|error| create_error(name, error))?;
         self.services.push(Box::new(service));
         Ok(())
-    }
-
-    fn builder(&self, name: &str) -> Result<Builder<ipc::Service>, BusError> {
-        let name = ServiceName::new(name).map_err(|error| create_error(name, error))?;
-        Ok(self.node.service_builder(&name))
-    }
-}
-
-fn create_error(service: &str, reason: impl core::fmt::Debug) -> BusError {
-    BusError::Create {
-        service: service.to_owned(),
-        reason: format!("{reason:?}"),
     }
 }

@@ -10,15 +10,15 @@ use ipc_types::{
 
 use crate::bus::Bus;
 use crate::error::BusError;
-use crate::keeper::Keeper;
-use crate::publisher::{Publish, Writer};
-use crate::subscriber::{Reader, Subscribe};
+use crate::factory::{Factory, Limits};
+use crate::reader::{Reader, Subscribe};
+use crate::writer::{Publish, Writer};
 
 /// A message that topics carry. Its ports are compiled in this crate and handed
 /// out as trait objects, so that no other crate compiles iceoryx2 again.
 pub trait TopicMessage: Message {
     #[doc(hidden)]
-    fn create(keeper: &Keeper, name: &str, limits: Limits) -> Result<Box<dyn Any>, BusError>;
+    fn create(factory: &Factory, name: &str, limits: Limits) -> Result<Box<dyn Any>, BusError>;
 
     #[doc(hidden)]
     fn publish_on(
@@ -31,26 +31,16 @@ pub trait TopicMessage: Message {
     fn subscribe_to(bus: &Bus, name: &str) -> Result<Box<dyn Subscribe<Self>>, BusError>;
 }
 
-/// Limits with which a topic is created.
-#[doc(hidden)]
-#[derive(Clone, Copy, Debug)]
-pub struct Limits {
-    pub(crate) depth: usize,
-    pub(crate) readers: usize,
-    /// Newest messages a late joiner gets.
-    pub(crate) history: usize,
-}
-
 // One macro for all types: a generic function would be compiled again in every crate using it.
 macro_rules! topic_messages {
     ($($message:ty),* $(,)?) => {$(
         impl TopicMessage for $message {
             fn create(
-                keeper: &Keeper,
+                factory: &Factory,
                 name: &str,
                 limits: Limits,
             ) -> Result<Box<dyn Any>, BusError> {
-                keeper.create_service::<Self>(name, limits)
+                factory.create_service::<Self>(name, limits)
             }
 
             fn publish_on(
