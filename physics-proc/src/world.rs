@@ -30,7 +30,6 @@ use crate::arm::measured::{Measured, finite_tcp};
 use crate::arm::multibody::Arm;
 use crate::arm::touch_count::TouchCounter;
 use crate::arm::touches::{self, ArmContact};
-use crate::arm::violations;
 pub use crate::error::WorldError;
 
 use crate::engine::contacts::{self, Contacts};
@@ -46,6 +45,9 @@ use crate::operator::requests::{self, Desk};
 use crate::state::memory::Memory;
 use crate::state::message::View;
 use crate::state::{snapshot, touching};
+
+mod faults;
+mod restore;
 
 /// Input of one tick.
 #[derive(Clone, Copy, Default)]
@@ -245,20 +247,6 @@ impl World {
         }
     }
 
-    /// Bodies the engine had to disable: an arm with such a link is at fault.
-    fn read_quarantine(&mut self) {
-        if self.memory.broken {
-            return;
-        }
-        for body in self.engine.quarantine().bodies() {
-            self.memory.quarantined += 1;
-            let at_fault = self.arms.iter().position(|arm| arm.bodies.contains(body));
-            if let Some(arm) = at_fault {
-                self.memory.arms[arm].watchdog.fault = true;
-            }
-        }
-    }
-
     /// Reads joints and contacts back from the engine.
     fn read_back(&mut self) {
         let arms = self.arms.iter().zip(&mut self.measured);
@@ -277,53 +265,6 @@ impl World {
         }
         // Contacts decide which objects may sleep, so they are read before.
         awake::wake_touched(&mut self.engine, &self.objects, &self.contacts);
-    }
-
-    fn count_outside(&mut self) {
-        let arms = self.arms.iter().zip(&self.measured);
-        for ((arm, measured), memory) in arms.zip(&mut self.memory.arms) {
-            let joints = arm.robot.arm_joints.iter().filter(|&&joint| {
-                violations::outside(measured.positions[joint], &arm.robot.joints[joint])
-            });
-            let outside = joints.count() as u64;
-            memory.watchdog.count_outside(outside);
-        }
-    }
-
-    /// Number of faulty arms.
-    pub fn faults(&self) -> usize {
-        let arms = self.memory.arms.iter();
-        arms.filter(|arm| arm.watchdog.fault).count()
-    }
-
-    /// The reason of each faulty arm, one line each; empty if no arm is faulty.
-    pub fn fault_words(&self) -> String {
-        let arms = self.arms.iter().zip(&self.measured).zip(&self.memory.arms);
-        let at_fault = arms.enumerate().filter(|(_, (_, m))| m.watchdog.fault);
-        let words = |(index, ((arm, measured), _)): (usize, ((&Arm, &Measured), _))| {
-            // The joint with its limits is the more useful reason; without one the engine
-            // acted.
-            let outside = arm.robot.arm_joints.iter().find(|&&joint| {
-                violations::outside(measured.positions[joint], &arm.robot.joints[joint])
-            });
-            let why = match outside {
-                None => "the engine disabled a body of it".to_owned(),
-                Some(&joint) => {
-                    let spec = &arm.robot.joints[joint];
-                    let name = arm.robot.chain.joints().get(joint);
-                    format!(
-                        "joint '{}' stays at {:.3}, outside of its limits {:.3} to {:.3}: \
-                         something pushes it, or a collision shape of the robot is wrong",
-                        name.map_or("?", |joint| joint.name.as_str()),
-                        measured.positions[joint],
-                        spec.lower,
-                        spec.upper
-                    )
-                }
-            };
-            format!("arm {index} is at fault until the scene is reset: {why}")
-        };
-        at_fault.map(words).collect::<Vec<_>>().join("\n")
     }
 
     /// Executes a request of the operator. Pause, resume, step, script and end are refused
@@ -387,49 +328,6 @@ impl World {
     /// Hash over bodies, joints and tick: equal for equal runs.
     pub fn state_hash(&self) -> u64 {
         self.view().state_hash()
-    }
-
-    /// The present state as bytes.
-    pub fn snapshot(&self) -> Vec<u8> {
-        let mut bytes = Vec::new();
-        self.write_snapshot(&mut bytes);
-        bytes
-    }
-
-    /// Appends the present state to `out`, as [`World::snapshot`] gives it.
-    pub(crate) fn write_snapshot(&self, out: &mut Vec<u8>) {
-        snapshot::encode(self.fingerprint, &self.memory, &self.engine, out);
-    }
-
-    /// Goes back to a snapshot of this cell, its tick included.
-    ///
-    /// # Errors
-    /// [`WorldError::Snapshot`] for bytes of another cell, engine or program;
-    /// the world is unchanged then.
-    pub fn restore(&mut self, bytes: &[u8]) -> Result<(), WorldError> {
-        // Decoded as a whole before anything is assigned: damaged bytes leave the world
-        // unchanged.
-        let (memory, engine) = snapshot::decode(self.fingerprint, bytes)?;
-        self.memory = memory;
-        self.engine = engine;
-        self.inputs.clear();
-        // Joints and contacts are not part of the bytes; they are measured again.
-        self.read_back();
-        Ok(())
-    }
-
-    /// Puts the scene back to its start. The tick continues, so that time never runs backwards
-    /// for any reader; requests and counts are kept.
-    ///
-    /// # Errors
-    /// As [`World::restore`].
-    pub fn reset(&mut self) -> Result<(), WorldError> {
-        let (memory, engine) = snapshot::decode(self.fingerprint, &self.initial)?;
-        self.memory.reset_to(memory);
-        self.engine = engine;
-        self.inputs.clear();
-        self.read_back();
-        Ok(())
     }
 
     /// Tick of the present state; 0 at the start.
