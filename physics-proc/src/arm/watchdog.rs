@@ -22,9 +22,9 @@
 //! All ages are ticks, so a replay decides as the run did (ADR 0002). All fields are part of
 //! the snapshot: a successor that lacks one would accept a command that this one refuses.
 
+use cell_model::Robot;
 use cell_model::ramp::{self, RampState};
 use cell_model::stop::{PhysicsFlags, Stop, physics_stop};
-use cell_model::{JointSpec, Robot};
 use ipc_types::arm::{StopAction, StopCause};
 use ipc_types::{ArmCommand, Validate};
 use rmp::JointLimits;
@@ -33,6 +33,10 @@ use serde::{Deserialize, Serialize};
 use crate::arm::catch_up::{catch_up, coast};
 use crate::arm::violations;
 use crate::engine::settings::TICK_S;
+
+mod point;
+
+use point::{Point, advance_one, limited, point, ramp_state, same_motion, told};
 
 /// Largest difference between the acceleration that a command states and the one that it
 /// makes, as a share of the acceleration limit: the next commands are then within the jerk
@@ -65,14 +69,6 @@ enum Source {
 // A shorter excess is only counted. Half a second means that something stronger than the drive
 // pushes, which a reset of the scene ends.
 const MAX_OUTSIDE_TICKS: u32 = 500;
-
-/// One joint, as plain numbers for the snapshot.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-struct Point {
-    position: f64,
-    velocity: f64,
-    acceleration: f64,
-}
 
 /// State of the watchdog of one arm.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -379,65 +375,5 @@ impl Watchdog {
         self.setpoint = joints.into_iter().map(point).collect();
         // The next command is judged from where the ramp is now.
         self.anchor.clone_from(&self.setpoint);
-    }
-}
-
-/// Whether two points differ by less than a drive's limits cut off a command that is at a
-/// limit except for rounding.
-fn same_motion(a: &Point, b: &Point) -> bool {
-    const ROUNDING: f64 = 1.0e-5;
-    (a.velocity - b.velocity).abs() <= ROUNDING
-        && (a.position - b.position).abs() <= ROUNDING * TICK_S
-}
-
-/// The drive's own limits: the setpoint follows the command no faster than the
-/// velocity limit and stays within the joint's range. A command within limits
-/// passes unchanged.
-fn limited(before: Point, command: RampState, spec: &JointSpec) -> Point {
-    let reach = spec.velocity * (1.0 + 1.0e-6) * TICK_S;
-    let position = command
-        .position
-        .clamp(before.position - reach, before.position + reach);
-    Point {
-        position: position.clamp(spec.lower, spec.upper),
-        velocity: command.velocity.clamp(-spec.velocity, spec.velocity),
-        acceleration: command
-            .acceleration
-            .clamp(-spec.acceleration, spec.acceleration),
-    }
-}
-
-/// The commanded motion of a joint.
-fn told(command: &ArmCommand, joint: usize) -> RampState {
-    RampState {
-        position: command.joint_positions[joint],
-        velocity: command.joint_velocities[joint],
-        acceleration: command.joint_accelerations[joint],
-    }
-}
-
-/// The motion of a joint by a command in one tick, and whether it breaks a limit.
-fn advance_one(
-    before: &Point,
-    command: &ArmCommand,
-    joint: usize,
-    spec: &JointSpec,
-) -> (RampState, bool) {
-    violations::advance(&ramp_state(*before), &told(command, joint), 1.0, spec)
-}
-
-fn point(state: RampState) -> Point {
-    Point {
-        position: state.position,
-        velocity: state.velocity,
-        acceleration: state.acceleration,
-    }
-}
-
-fn ramp_state(point: Point) -> RampState {
-    RampState {
-        position: point.position,
-        velocity: point.velocity,
-        acceleration: point.acceleration,
     }
 }
