@@ -5,20 +5,20 @@
 //! engine would take in such forces in each substep before its drives answer,
 //! and that makes a held object creep (measured: 0.03 mm in 10 s against 0.0007).
 
-use cell_model::{ArmSpec, JointSpec, Link, Robot};
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use cell_model::{ArmSpec, Robot};
+use nalgebra::Isometry3;
 use rapier3d_f64::prelude::*;
-use rmp::JointKind;
 use serde::{Deserialize, Serialize};
 
 use crate::engine::convert;
 use crate::engine::settings::TICK_S;
-use crate::engine::shapes;
 use crate::engine::tag::Tag;
 
-/// Friction of links that are not pads.
-// Only pads are meant to hold by friction; they have the friction of the gripper.
-const LINK_FRICTION: f64 = 0.5;
+mod joint;
+mod link;
+
+use joint::{add_drive, axis_of, engine_joint};
+use link::{friction_of, insert_link};
 
 /// Share of its effort limit that a drive keeps in any case.
 // Where gravity takes the whole limit the drive would otherwise have no effort at all, not
@@ -324,98 +324,4 @@ fn limit_if_near(link: &mut MultibodyLink, axis: usize, reach: f64) {
     let is_far = position - limits.min > reach && limits.max - position > reach;
     let axes = JointAxesMask::from_bits_truncate(1 << axis);
     joint.limit_axes.set(axes, !is_far);
-}
-
-fn friction_of(robot: &Robot, link: usize) -> f64 {
-    let finger = |gripper: &cell_model::ParallelGripper| {
-        gripper.finger_joints.iter().any(|joint| joint + 1 == link)
-    };
-    match &robot.gripper {
-        Some(gripper) if finger(gripper) => gripper.pad_friction,
-        _ => LINK_FRICTION,
-    }
-}
-
-fn insert_link(
-    world: &mut PhysicsWorld,
-    tag: Tag,
-    link: &Link,
-    pose: &Isometry3<f64>,
-    friction: f64,
-) -> RigidBodyHandle {
-    let base = matches!(tag, Tag::Link { link: 0, .. });
-    let builder = if base {
-        RigidBodyBuilder::fixed()
-    } else {
-        RigidBodyBuilder::dynamic()
-    };
-    let mut builder = builder
-        .pose(convert::to_pose(pose))
-        // Links never sleep, and have no gravity: it acts as joint efforts (ADR 0006).
-        .can_sleep(false)
-        .gravity_scale(0.0);
-    if !base {
-        let center = convert::to_vector(&link.center_of_mass);
-        builder = builder.additional_mass_properties(MassProperties::with_inertia_matrix(
-            center,
-            link.mass,
-            convert::to_matrix(&link.inertia),
-        ));
-    }
-    let body = world.bodies.insert(builder.build());
-    // No density: the mass of a link is that of its URDF, not of its collision shapes.
-    for part in &link.shapes {
-        let (shape, own) = shapes::shared(&part.shape);
-        let collider = ColliderBuilder::new(shape)
-            .position(convert::to_pose(&(part.pose * own)))
-            .density(0.0)
-            .friction(friction)
-            .user_data(tag.encode());
-        world
-            .colliders
-            .insert_with_parent(collider.build(), body, &mut world.bodies);
-    }
-    body
-}
-
-fn axis_of(kind: JointKind) -> usize {
-    match kind {
-        JointKind::Prismatic => JointAxis::LinX as usize,
-        JointKind::Revolute => JointAxis::AngX as usize,
-    }
-}
-
-/// The engine's joints move about or along x.
-fn engine_joint(joint: &rmp::Joint) -> GenericJoint {
-    let locked = match joint.kind {
-        JointKind::Prismatic => JointAxesMask::LOCKED_PRISMATIC_AXES,
-        JointKind::Revolute => JointAxesMask::LOCKED_REVOLUTE_AXES,
-    };
-    // Opposite axes have no unique rotation between them: half a turn about y is as good as
-    // any.
-    let turn = UnitQuaternion::rotation_between(&Vector3::x(), &joint.axis).unwrap_or_else(|| {
-        UnitQuaternion::from_axis_angle(&Vector3::y_axis(), std::f64::consts::PI)
-    });
-    let turn = Isometry3::from_parts(Translation3::identity(), turn);
-    let mut engine = GenericJoint::new(locked);
-    engine.local_frame1 = convert::to_pose(&(joint.origin * turn));
-    engine.local_frame2 = convert::to_pose(&turn);
-    // Shapes of neighbouring links overlap at the joint.
-    engine.contacts_enabled = false;
-    engine
-}
-
-/// The drive and the limits of a joint that moves independently. A joint that follows another
-/// one has those of that joint.
-fn add_drive(engine: &mut GenericJoint, joint: &rmp::Joint, spec: &JointSpec) {
-    let axis = match joint.kind {
-        JointKind::Prismatic => JointAxis::LinX,
-        JointKind::Revolute => JointAxis::AngX,
-    };
-    engine.set_limits(axis, [joint.lower, joint.upper]);
-    // The engine's default is relative to the mass; stiffness and limits of a drive are
-    // absolute.
-    engine.set_motor_model(axis, MotorModel::ForceBased);
-    engine.set_motor(axis, spec.home, 0.0, spec.stiffness, spec.damping);
-    engine.set_motor_max_force(axis, spec.effort);
 }
