@@ -45,7 +45,8 @@ pub use flow::{
 pub use hull::{Hull, MAX_HULL_POINTS};
 pub use kinematics::PointMotion;
 pub use limits::{JointLimits, LimitsError};
-pub use obstacles::{ObstacleError, ObstacleId, ObstacleSet};
+pub use obstacles::error::ObstacleError;
+pub use obstacles::{ObstacleId, ObstacleSet};
 pub use parameters::{
     AxisTargetParameters, BodyCapsule, BodyCollisionController, CanonicalResolveParameters,
     CollisionParameters, CspaceTargetParameters, DampingParameters, JointLimitParameters,

@@ -2,81 +2,18 @@
 //! the near ones.
 
 use nalgebra::Isometry3;
-use thiserror::Error;
 
-use crate::lanes::LANES;
-use crate::shape::{Core, Obstacle, check_pose};
+use crate::shape::{Obstacle, check_pose};
 
-/// Why an obstacle is refused.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum ObstacleError {
-    /// A size is negative or not finite, or everything has size zero.
-    #[error(
-        "an obstacle has the sizes {sizes:?} m and the radius {radius} m; all must be finite and >= 0, and give it a volume"
-    )]
-    Size {
-        /// Half extents of a box or hull; radii and half height of a frustum.
-        sizes: [f64; 3],
-        /// Radius as given.
-        radius: f64,
-    },
-    /// Points have no convex hull with a volume.
-    #[error("the convex hull of {points} points cannot be an obstacle: {why}")]
-    Hull {
-        /// Number of points.
-        points: usize,
-        /// The reason.
-        why: &'static str,
-    },
-    /// A compound has no part.
-    #[error("a compound obstacle needs at least one part")]
-    Empty,
-    /// The pose is not finite or its orientation not a unit quaternion.
-    #[error("an obstacle's pose is not a finite position with a unit quaternion")]
-    Pose,
-    /// The set is full.
-    #[error(
-        "the obstacle set is full: its capacity is {capacity} (each part of a compound counts)"
-    )]
-    Full {
-        /// Its fixed capacity.
-        capacity: usize,
-    },
-    /// No obstacle has this id.
-    #[error("there is no obstacle {id}; the set holds {count}")]
-    NoSuchId {
-        /// The id.
-        id: usize,
-        /// Number of obstacles of the set.
-        count: usize,
-    },
-}
+pub(crate) mod error;
+pub(crate) mod packed;
+
+use error::ObstacleError;
+use packed::Packed;
 
 /// Names one obstacle of an [`ObstacleSet`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ObstacleId(pub usize);
-
-/// Rows of a [`Block`]: centre, the three box axes in the base frame, half
-/// extents, radius.
-pub(crate) const ROWS: usize = 16;
-
-/// Four obstacles, structure of arrays.
-#[derive(Debug, Clone, Copy)]
-#[repr(C, align(32))]
-pub(crate) struct Block(pub(crate) [[f64; LANES]; ROWS]);
-
-/// Centre coordinate of an unused lane, m: so far away that its weight is exactly zero.
-const PARKED: f64 = 1e7;
-
-const EMPTY_BLOCK: Block = {
-    let mut rows = [[0.0; LANES]; ROWS];
-    rows[0] = [PARKED; LANES];
-    // Axes of the identity.
-    rows[3] = [1.0; LANES];
-    rows[7] = [1.0; LANES];
-    rows[11] = [1.0; LANES];
-    Block(rows)
-};
 
 /// A set of obstacles with a fixed capacity. Poses and the enable mask may change every tick
 /// without allocating; disabled obstacles cost nothing.
@@ -97,77 +34,6 @@ struct Part {
     local: Option<Isometry3<f64>>,
     /// Its place among the enabled parts.
     place: usize,
-}
-
-/// The enabled parts, as the kernel reads them.
-#[derive(Debug, Clone)]
-pub(crate) struct Packed {
-    /// Boxes around the parts, with unused lanes parked.
-    blocks: Vec<Block>,
-    /// Their shapes, by place.
-    cores: Vec<Core>,
-    /// Id of the obstacle of each, by place.
-    owners: Vec<usize>,
-}
-
-impl Packed {
-    fn with_capacity(capacity: usize) -> Self {
-        Self {
-            blocks: Vec::with_capacity(capacity.div_ceil(LANES)),
-            cores: Vec::with_capacity(capacity),
-            owners: Vec::with_capacity(capacity),
-        }
-    }
-
-    pub(crate) fn is_empty(&self) -> bool {
-        self.cores.is_empty()
-    }
-
-    pub(crate) fn len(&self) -> usize {
-        self.cores.len()
-    }
-
-    pub(crate) fn blocks(&self) -> &[Block] {
-        &self.blocks
-    }
-
-    pub(crate) fn core(&self, place: usize) -> &Core {
-        &self.cores[place]
-    }
-
-    pub(crate) fn owner(&self, place: usize) -> usize {
-        self.owners[place]
-    }
-
-    fn clear(&mut self) {
-        self.blocks.clear();
-        self.cores.clear();
-        self.owners.clear();
-    }
-
-    fn push(&mut self, obstacle: &Obstacle, owner: usize) -> usize {
-        let place = self.cores.len();
-        // A new block has its lanes parked, so a partly filled one needs no count.
-        if place.is_multiple_of(LANES) {
-            self.blocks.push(EMPTY_BLOCK);
-        }
-        self.cores.push(obstacle.core.clone());
-        self.owners.push(owner);
-        self.move_to(place, obstacle);
-        place
-    }
-
-    fn move_to(&mut self, place: usize, obstacle: &Obstacle) {
-        let axes = obstacle.pose.rotation.to_rotation_matrix().into_inner();
-        let center = obstacle.pose.translation.vector + axes * obstacle.core.middle();
-        let half = obstacle.half_extents();
-        let rows = &mut self.blocks[place / LANES].0;
-        let values = center.iter().chain(axes.iter()).chain(half.iter());
-        let values = values.chain(std::iter::once(&obstacle.radius));
-        for (row, value) in rows.iter_mut().zip(values) {
-            row[place % LANES] = *value;
-        }
-    }
 }
 
 impl ObstacleSet {

@@ -15,7 +15,7 @@ use crate::lanes::wide3::{self, Wide3, cross, dot};
 use crate::lanes::{LANES, Lanes};
 use crate::leaves::collision::{Constants, Spheres, Sum, within};
 use crate::leaves::surface::surface;
-use crate::obstacles::Packed;
+use crate::obstacles::packed::Packed;
 use crate::pullback::{Pullback, Spatial};
 
 /// The nearest approach of a sphere to an obstacle.

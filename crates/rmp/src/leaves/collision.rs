@@ -19,7 +19,7 @@ use super::Floor;
 use crate::CollisionParameters;
 use crate::lanes::wide3::{self, Wide3, dot};
 use crate::lanes::{Lanes, exp};
-use crate::obstacles::Block;
+use crate::obstacles::packed::Block;
 
 /// The tuning with its lengths inverted.
 #[derive(Debug, Clone, Copy)]

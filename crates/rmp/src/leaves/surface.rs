@@ -8,7 +8,7 @@
 use crate::hull::Hull;
 use crate::lanes::Lanes;
 use crate::lanes::wide3::{self, Wide3, dot};
-use crate::obstacles::Block;
+use crate::obstacles::packed::Block;
 use crate::shape::Core;
 
 /// Signed distance (m) to the core grown by its radius, and the normal, base frame. The box
