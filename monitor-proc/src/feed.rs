@@ -17,7 +17,7 @@ use crate::pace::Pace;
 use crate::reset::Reset;
 use crate::scene;
 use crate::snapshot::{FLAG_RECORDING, Moment, encode};
-use crate::starts::Starts;
+use crate::starts::{Started, Starts};
 use crate::status::{StatusInput, speed_text, status};
 
 /// Period of the frames: 60 a second.
@@ -202,24 +202,13 @@ impl Feed {
         for (_, latest) in &mut self.healths {
             latest.refresh();
         }
-        let healths = self.healths.iter();
-        let processes: Vec<(Process, Option<&Health>)> = healths
-            // Kept until here: a silent process is shown as silent, not with its last figures.
-            .map(|(process, latest)| (*process, latest.get().filter(|h| is_recent(h, now_ns))))
-            .collect();
+        let processes = recent_healths(&self.healths, now_ns);
         let world = self.world.get();
         let time_s = world.map_or(0.0, |w| w.header.sim_time_ns as f64 * 1.0e-9);
         let missed = self.misses.look(&processes, time_s, now_ns);
         for started in self.starts.look(&processes, time_s) {
             let epoch = world.map(|world| world.header.generation);
-            // Its last message may have a later simulated time:
-            // physics resumed from a saved state since.
-            let (process, down_s) = (started.process, started.down_s.min(time_s));
-            self.hub
-                .change_lanes(|lanes| lanes.was_down(process, epoch, down_s, time_s));
-            if let Some(text) = started.line() {
-                self.hub.restarted(time_s, &text);
-            }
+            tell_start(&self.hub, &started, epoch, time_s);
         }
         if let Some(world) = world {
             let gaps = recorder.gaps();
@@ -257,6 +246,29 @@ impl Feed {
         if let Some(timeline) = &recorder.timeline {
             self.hub.tell_timeline(timeline);
         }
+    }
+}
+
+/// The newest health of each process; `None` for a silent one.
+fn recent_healths(
+    healths: &[(Process, Latest<Health>)],
+    now_ns: u64,
+) -> Vec<(Process, Option<&Health>)> {
+    let healths = healths.iter();
+    healths
+        // A silent process is shown as silent, not with its last figures.
+        .map(|(process, latest)| (*process, latest.get().filter(|h| is_recent(h, now_ns))))
+        .collect()
+}
+
+/// Shows the start of a process on the timeline and in the log.
+fn tell_start(hub: &Hub, started: &Started, epoch: Option<u32>, time_s: f64) {
+    // Its last message may have a later simulated time:
+    // physics resumed from a saved state since.
+    let (process, down_s) = (started.process, started.down_s.min(time_s));
+    hub.change_lanes(|lanes| lanes.was_down(process, epoch, down_s, time_s));
+    if let Some(text) = started.line() {
+        hub.restarted(time_s, &text);
     }
 }
 
