@@ -2,26 +2,34 @@
 
 use std::borrow::Cow;
 
-use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
-
 use crate::cells::check_file;
-use crate::cells::file::{CellFile, ObjectTable, numbered};
+use crate::cells::file::CellFile;
 use crate::cells::replace::Replace;
 use crate::cells::setting::{self, Setting};
 use crate::cells::task_table::TaskTable;
-use crate::check::Checker;
 use crate::data::Data;
 use crate::error::ModelError;
 use crate::random::Random;
 use crate::robots::files::RobotFiles;
-use crate::robots::robot::Robot;
 use crate::runs::policy_name::policy_of_kind;
-use crate::shape::Shape;
 use crate::{suggest, toml_text};
+
+mod arm;
+mod fixture;
+mod object;
+mod pose;
+
+use arm::load_arm;
+use fixture::fixture;
+use object::place;
 
 pub use crate::cells::file::{
     Camera, ConveyorTable, DispenserTable, Disturbance, SensorTable, SpawnArea, SupplyTable,
 };
+pub use arm::ArmSpec;
+pub use fixture::FixtureSpec;
+pub use object::ObjectSpec;
+pub use pose::turn_about_z;
 
 /// A cell.
 #[derive(Clone, Debug)]
@@ -68,73 +76,6 @@ pub struct Cell {
     pub data: Data,
     /// Leaves of the task's tree that answer without being run (`--replace`).
     pub replace: Vec<Replace>,
-}
-
-/// An arm of a cell.
-#[derive(Clone, Debug)]
-pub struct ArmSpec {
-    /// Name in the cell.
-    pub name: String,
-    /// The robot.
-    pub robot: Robot,
-    /// Pose of its base in the world frame.
-    pub base: Isometry3<f64>,
-    /// Controlled joints at the start (rad or m).
-    pub home: Vec<f64>,
-    /// Whether it follows planned paths where its goal is behind something (ADR 0021).
-    pub planner: bool,
-    /// Program with its controllers, if it is not the built-in one.
-    pub controller: Option<String>,
-}
-
-/// A movable object.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ObjectSpec {
-    /// Name in the cell.
-    pub name: String,
-    /// Its shape.
-    pub shape: Shape,
-    /// Mass (kg).
-    pub mass: f64,
-    /// Friction coefficient for this seed.
-    pub friction: f64,
-    /// Pose at the start for this seed, world frame.
-    pub pose: Isometry3<f64>,
-    /// Pose without the seed's variation, world frame.
-    pub nominal: Isometry3<f64>,
-    /// Largest deviation by which a seed may move it.
-    pub spawn: SpawnArea,
-    /// `name` of its table, which all objects of a series share.
-    pub kind: String,
-    /// Whether it is not in the simulation until the conveyor or the dispenser brings it.
-    pub parked: bool,
-    /// Whether motion policies can avoid it.
-    pub obstacle: bool,
-    /// Whether it may fall asleep while it still trembles.
-    pub sleeps: bool,
-    /// Damping of its turning (1/s).
-    pub angular_damping: f64,
-    /// Red, green, blue from 0 to 1.
-    pub colour: [f64; 3],
-}
-
-/// A fixture.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FixtureSpec {
-    /// Name in the cell.
-    pub name: String,
-    /// Its shape.
-    pub shape: Shape,
-    /// Pose in the world frame.
-    pub pose: Isometry3<f64>,
-    /// Friction coefficient.
-    pub friction: f64,
-    /// Whether it exists in physics; otherwise it only guides motions.
-    pub solid: bool,
-    /// Whether motion policies avoid it.
-    pub obstacle: bool,
-    /// Red, green, blue from 0 to 1.
-    pub colour: [f64; 3],
 }
 
 impl Cell {
@@ -204,25 +145,7 @@ impl Cell {
         check_file::check(file, text, &table)?;
         let mut arms = Vec::new();
         for (index, arm) in table.arms.iter().enumerate() {
-            let loaded = match robot {
-                Some(files) => Robot::from_files(files)?,
-                None => named_robot(data, &Checker::new(file, text), index, &arm.robot)?,
-            };
-            // The home position of the file belongs to the robot of the file, not to one given
-            // in its place.
-            let home = match (&arm.home_joint_positions, robot) {
-                (Some(home), None) => home.clone(),
-                _ => loaded.home(),
-            };
-            check_file::home(file, text, index, &home, &loaded)?;
-            arms.push(ArmSpec {
-                name: arm.name.clone(),
-                base: pose(arm.base_position_m, arm.base_yaw_rad),
-                robot: loaded,
-                home,
-                planner: arm.planner,
-                controller: arm.controller.clone(),
-            });
+            arms.push(load_arm(data, (file, text), (index, arm), robot)?);
         }
         // One generator, objects in the order of the file: inserting an object moves those
         // after it.
@@ -328,105 +251,4 @@ impl Cell {
     pub fn obstacles(&self) -> impl Iterator<Item = &FixtureSpec> {
         self.fixtures.iter().filter(|fixture| fixture.obstacle)
     }
-}
-
-impl ObjectSpec {
-    /// Whether it is a bin.
-    pub fn is_bin(&self) -> bool {
-        matches!(self.shape, Shape::Bin { .. })
-    }
-
-    /// Draws another pose within the spawn area.
-    pub fn respawn(&mut self, random: &mut Random) {
-        self.pose = vary(&self.nominal, self.spawn, random);
-    }
-}
-
-/// The robot that an arm names; an unknown name is an error of the cell file.
-fn named_robot(data: &Data, at: &Checker<'_>, arm: usize, name: &str) -> Result<Robot, ModelError> {
-    let known = data.robot_names();
-    if known.iter().any(|known| known == name) {
-        return Robot::load(data, name);
-    }
-    let known: Vec<&str> = known.iter().map(String::as_str).collect();
-    let allowed = format!("no such robot; {}", suggest::advice(name, &known));
-    Err(at.refuse(&format!("arm.{arm}.robot"), format!("'{name}'"), allowed))
-}
-
-/// An object of a table at its place for this seed. Four numbers are drawn for every object,
-/// used or not: x, y, yaw, friction; a fifth if it can have several shapes. So a spread of 0
-/// does not move the objects after it.
-fn place(object: &ObjectTable, index: u32, random: &mut Random) -> ObjectSpec {
-    let mut nominal = pose(object.position_m, object.yaw_rad);
-    nominal.translation.vector += Vector3::from(object.pitch_m) * f64::from(index);
-    let varied = vary(&nominal, object.spawn, random);
-    let friction = object.friction + random.around_zero(object.friction_spread);
-    let shape = match random_index(object.other_shapes.len() + 1, random) {
-        0 => &object.shape,
-        other => object.other_shapes.get(other - 1).unwrap_or(&object.shape),
-    };
-    ObjectSpec {
-        name: numbered(object, index),
-        shape: shape.clone(),
-        mass: object.mass_kg,
-        friction,
-        kind: object.name.clone(),
-        parked: object.parked,
-        obstacle: object.obstacle,
-        sleeps: object.sleeps,
-        angular_damping: object.angular_damping,
-        pose: varied,
-        nominal,
-        spawn: object.spawn,
-        colour: object.colour,
-    }
-}
-
-/// A number below `count`, each as likely; draws nothing if there is no choice.
-fn random_index(count: usize, random: &mut Random) -> usize {
-    if count < 2 {
-        return 0;
-    }
-    usize::try_from(random.bits() % count as u64).unwrap_or(0)
-}
-
-fn vary(nominal: &Isometry3<f64>, spawn: SpawnArea, random: &mut Random) -> Isometry3<f64> {
-    let (x, y) = (random.around_zero(spawn.x_m), random.around_zero(spawn.y_m));
-    let turn = turn_about_z(random.around_zero(spawn.yaw_rad));
-    Isometry3::from_parts(
-        Translation3::new(x, y, 0.0) * nominal.translation,
-        turn * nominal.rotation,
-    )
-}
-
-fn fixture(table: &crate::cells::file::FixtureTable) -> FixtureSpec {
-    FixtureSpec {
-        name: table.name.clone(),
-        shape: table.shape.clone(),
-        pose: Isometry3::from_parts(
-            Translation3::from(table.position_m),
-            table
-                .orientation_wxyz
-                .map_or_else(|| turn_about_z(table.yaw_rad), unit),
-        ),
-        friction: table.friction,
-        solid: table.solid,
-        obstacle: table.obstacle,
-        colour: table.colour,
-    }
-}
-
-fn pose([x, y, z]: [f64; 3], yaw_rad: f64) -> Isometry3<f64> {
-    Isometry3::from_parts(Translation3::new(x, y, z), turn_about_z(yaw_rad))
-}
-
-/// The rotation of a quaternion w x y z, whose norm was checked to be 1.
-fn unit([w, x, y, z]: [f64; 4]) -> UnitQuaternion<f64> {
-    UnitQuaternion::new_normalize(nalgebra::Quaternion::new(w, x, y, z))
-}
-
-/// A turn about z (rad), with sine and cosine of `libm`, which are the same on every machine.
-pub fn turn_about_z(angle: f64) -> UnitQuaternion<f64> {
-    let (sin, cos) = (libm::sin(0.5 * angle), libm::cos(0.5 * angle));
-    Unit::new_unchecked(nalgebra::Quaternion::new(cos, 0.0, 0.0, sin))
 }
