@@ -116,8 +116,21 @@ pub(super) fn taken(stated: Range, slides: bool, in_degrees: bool) -> Taken {
         let doubt = format!("limits {lower} to {upper} rad: degrees? they are taken as radians");
         return as_stated(suspects.then_some(doubt));
     }
+    let (range, what) = completed(stated, slides, is_open);
+    let turns_on = !slides && (is_missing || is_open == (true, true));
+    Taken {
+        range,
+        turns_on,
+        warning: Some(what),
+    }
+}
+
+/// Range in place of one that is missing or open to a side (`is_open`: below, above), with the
+/// warning about it.
+fn completed(stated: Range, slides: bool, is_open: (bool, bool)) -> (Range, String) {
+    let Range { lower, upper } = stated;
     let (doubt, unit) = match (slides, stated.farthest()) {
-        (false, far) if !is_missing && far <= DEGREES => (" (degrees?)", "rad"),
+        (false, far) if stated != Range::NONE && far <= DEGREES => (" (degrees?)", "rad"),
         (true, far) if far.is_finite() && far > MAX_COORDINATE => (" (millimetres?)", "m"),
         (slides, _) => ("", if slides { "m" } else { "rad" }),
     };
@@ -142,12 +155,7 @@ pub(super) fn taken(stated: Range, slides: bool, in_degrees: bool) -> Taken {
         _ if slides => format!("no limits{doubt}, {SLIDE_M} m to both sides is taken"),
         _ => format!("no limits{doubt}, two turns to both sides are taken"),
     };
-    let turns_on = !slides && (is_missing || is_open == (true, true));
-    Taken {
-        range,
-        turns_on,
-        warning: Some(what),
-    }
+    (range, what)
 }
 
 /// The limit of velocity or effort that is used; 0 means none.
