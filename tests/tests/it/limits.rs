@@ -148,7 +148,7 @@ const NOT_CAPACITIES: [&str; 38] = [
 ];
 /// Files of the states that are kept, whose capacities are files on a disk.
 const ELSEWHERE: [&str; 4] = [
-    "crates/cell-rt/src/slot.rs",
+    "crates/cell-rt/src/slot/layout.rs",
     "crates/task-program/src/slots.rs",
     "crates/task/src/checkpoint.rs",
     "physics-proc/src/state/snapshot.rs",
