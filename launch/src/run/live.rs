@@ -1,5 +1,9 @@
 //! A running cell: the launcher's loop around the supervisor.
 
+mod actions;
+mod bus;
+mod ending;
+mod requests;
 mod result;
 
 use std::time::Duration;
@@ -13,15 +17,13 @@ use cell_model::runs::spec::{PageSecrets, RunSpec};
 use cell_model::runs::summary::RunSummary;
 use cell_rt::clock::monotonic_ns;
 use cell_rt::priority::{LAUNCHER_PRIORITY, set_fifo, set_other};
-use cell_rt::process::{SIGCONT, SIGSTOP, private_umask};
+use cell_rt::process::private_umask;
 use cell_rt::signal::{install_stop_handler, stop_count};
-use ipc_types::decision::Outcome;
 use ipc_types::operator::OperatorAction;
 use ipc_types::topic::Process;
-use ipc_types::world::{FLAG_ENDING, FLAG_LOCKSTEP, FLAG_PAUSED};
 
 use super::bus_thread::BusThread;
-use super::faults::{FaultStep, Faults};
+use super::faults::Faults;
 use super::half_made::HalfMadeSweep;
 use super::incident::IncidentRecorder;
 use super::plan::Plan;
@@ -30,21 +32,18 @@ use super::room::Room;
 use super::standstill::Standstill;
 use super::starvation::{Running, Starvation};
 use super::watch::Watch;
-use super::wish::{Wish, consider};
-use crate::child::{Children, last_words};
-use crate::control::{Reply, Server};
+use crate::child::Children;
+use crate::control::Server;
 use crate::failure::{Context, Failure};
 use crate::lock::Lock;
 use crate::process_log::LogBounds;
 use crate::programs::Programs;
 use crate::rundir::RunDir;
-use crate::supervisor::{Action, Event, Rules, Supervisor};
+use crate::supervisor::{Event, Rules, Supervisor};
 use crate::{leftovers, page, say};
 
 /// How often the launcher looks.
 const TURN: Duration = Duration::from_millis(5);
-/// How long the launcher's own ports may hear nothing before the run is given up (ns).
-const DEAF_LIMIT_NS: u64 = 30_000_000_000;
 
 /// How a run ended.
 pub enum End {
@@ -307,48 +306,6 @@ impl LiveCell {
         self.obey(now, actions);
     }
 
-    fn listen(&mut self, now: u64) {
-        let news = self.bus.take(now);
-        if let Some((OperatorAction::TaskStart, true)) = news.answer {
-            self.start_event_given = true;
-        }
-        for event in self.watch.take(news) {
-            self.tell(now, event);
-        }
-        while let Some(fault) = self.watch.next_fault() {
-            say::warn(format_args!("fault of {fault}"));
-        }
-        if self.bus.deaf_ns(now) <= DEAF_LIMIT_NS {
-            return;
-        }
-        if self.supervisor.has_left_bus() {
-            let message = "the launcher has heard nothing from the cell's bus for 30 s: its shared \
-                           memory is damaged; start the cell again";
-            self.finish_with(End::GaveUp(Failure::gave_up(message)));
-        } else {
-            self.tell(now, Event::BusLost);
-        }
-    }
-
-    /// Replaces the bus on which processes could not work. None of them runs.
-    fn new_bus(&mut self) -> Result<(), Failure> {
-        let spec = &mut self.plan.spec;
-        let old_root = spec.root.clone();
-        (spec.root, spec.prefix) = self.plan.dir.site(spec.run.wrapping_add(1));
-        spec.save(&self.plan.dir.spec())
-            .map_err(Failure::configuration)?;
-        let site = RunSite {
-            root: spec.root.clone(),
-            prefix: spec.prefix.clone(),
-        };
-        let bus = BusThread::start(site.clone(), spec.run, &self.processes)?;
-        drop(std::mem::replace(&mut self.bus, bus));
-        self.watch = Watch::new(&self.processes).with_faults_of(&mut self.watch);
-        self.sweep = HalfMadeSweep::new(site);
-        leftovers::sweep(&self.plan.dir, &self.plan.spec.prefix);
-        leftovers::remove(&old_root).cannot(format!("remove {}", old_root.display()))
-    }
-
     /// Without room a process could not start; the others hold what they hold.
     fn look_for_room(&mut self, now: u64) {
         let lack = self.room.lack();
@@ -376,230 +333,5 @@ impl LiveCell {
             })
         };
         self.processes.iter().filter_map(of).collect()
-    }
-
-    fn tell(&mut self, now: u64, event: Event) {
-        let mut actions = Vec::new();
-        self.supervisor.handle(now, event, &mut actions);
-        self.obey(now, actions);
-    }
-
-    fn obey(&mut self, now: u64, actions: Vec<Action>) {
-        for action in actions {
-            match action {
-                Action::Spawn {
-                    process,
-                    generation,
-                } => {
-                    if let Err(why) = self.children.spawn(process, generation) {
-                        self.tell(
-                            now,
-                            Event::SpawnFailed {
-                                process,
-                                generation,
-                                why,
-                            },
-                        );
-                    }
-                }
-                Action::LeaveBus { reason } => {
-                    let what = format!("the cell's shared memory is replaced: {reason}");
-                    let number = self.incidents.failed(now, Process::Physics, &what);
-                    let hint = self.incidents.hint(number);
-                    say::warn(format_args!(
-                        "{what}; every process is started again; {hint}"
-                    ));
-                }
-                Action::NewBus => {
-                    if let Err(failure) = self.new_bus() {
-                        self.finish_with(End::GaveUp(Failure::gave_up(failure)));
-                    }
-                }
-                Action::Terminate { process } => self.children.terminate(process),
-                Action::Kill { process } => self.children.kill(process),
-                Action::Ready => {}
-                Action::Lost { process, what } => {
-                    let words = self.words_at_exit(process, &what);
-                    let what = format!("{} {what}{words}", process.name());
-                    let number = self.incidents.failed(now, process, &what);
-                    let hint = self.incidents.hint(number);
-                    say::warn(format_args!("{what}; it is started again; {hint}"));
-                }
-                Action::Starves {
-                    process,
-                    starved_ns,
-                    silent_ns,
-                } => {
-                    let report = super::starvation::report(process, starved_ns, silent_ns);
-                    self.incidents.failed(now, process, &report);
-                    say::warn(report);
-                }
-                Action::GaveUp {
-                    process,
-                    refused: true,
-                    ..
-                } if process != Process::Monitor && !self.is_ready() => self.refused(process),
-                Action::GaveUp {
-                    process, reason, ..
-                } => self.give_up(now, process, &reason),
-            }
-        }
-    }
-
-    /// What a process wrote last, where it ended by itself with an error: the exception of
-    /// a task in Python, a panic. `what` is from the supervisor.
-    fn words_at_exit(&self, process: Process, what: &str) -> String {
-        if !what.starts_with("ended with exit code") && !what.starts_with("panicked") {
-            return String::new();
-        }
-        let lines = last_words(&self.plan.dir.log(&process.name()), 1);
-        lines.last().map_or_else(String::new, |line| {
-            format!(": {}", line.strip_prefix("warning: ").unwrap_or(line))
-        })
-    }
-
-    /// A process found at its start that the cell cannot exist: that is the answer.
-    fn refused(&mut self, process: Process) {
-        let name = process.name();
-        let prefix = format!("{}-proc: ", name.split('-').next().unwrap_or_default());
-        let lines = last_words(&self.plan.dir.log(&name), 1);
-        let said = lines.last().map_or("(it wrote nothing)", |line| {
-            line.strip_prefix(&prefix).unwrap_or(line)
-        });
-        self.finish_with(End::GaveUp(Failure::configuration(format!(
-            "{}: {said}",
-            self.plan.spec.demo
-        ))));
-    }
-
-    /// Without its monitor a cell still works; without any other it does not.
-    fn give_up(&mut self, now: u64, process: Process, reason: &str) {
-        let name = process.name();
-        let what = format!("{name} is given up: {reason}");
-        self.incidents.failed(now, process, &what);
-        let lines = last_words(&self.plan.dir.log(&name), 10);
-        let log = if lines.is_empty() {
-            "(it wrote nothing)".to_owned()
-        } else {
-            lines.join("\n  ")
-        };
-        if process == Process::Monitor {
-            say::warn(format_args!(
-                "{name} has stopped: {reason}. The cell runs without its page and recorder; {name} \
-                 is tried again in 30 s, or by `robocell restart monitor`. Its last words:\n  {log}"
-            ));
-        } else {
-            self.finish_with(End::GaveUp(Failure::gave_up(format!(
-                "{name} is given up: {reason}. Its last words:\n  {log}"
-            ))));
-        }
-    }
-
-    /// The first end counts; then everything stops in order.
-    fn finish_with(&mut self, mut end: End) {
-        if self.end.is_none() {
-            if let End::Stopped(summary) = &mut end {
-                *summary = self.summary().map(Box::new);
-            }
-            self.end = Some(end);
-            self.supervisor
-                .handle(monotonic_ns(), Event::Stop, &mut Vec::new());
-        }
-    }
-
-    fn look_for_the_end(&mut self) {
-        if self.end.is_some() {
-            return;
-        }
-        self.look_for_a_standstill();
-        let Some(state) = self.watch.state() else {
-            return;
-        };
-        let gives_start = self.plan.spec.until_done || self.plan.loops();
-        if state.has(FLAG_ENDING) {
-            if let Some(summary) = self.summary() {
-                self.finish_with(End::Finished(Box::new(summary)));
-            }
-        } else if gives_start && !self.start_event_given && self.supervisor.is_ready() {
-            self.give_start_event();
-        }
-    }
-
-    /// In lockstep all processes wait for each other: one that lives but never
-    /// answers is named, and the run fails.
-    fn look_for_a_standstill(&mut self) {
-        let Some(state) = self.watch.state() else {
-            return;
-        };
-        self.supervisor.set_lockstep(state.has(FLAG_LOCKSTEP));
-        let excused = state.has(FLAG_PAUSED) || state.has(FLAG_ENDING) || state.script_line > 0;
-        let waits = state.has(FLAG_LOCKSTEP) && !excused && self.supervisor.is_ready();
-        let (tick, now_ns) = (state.header.tick, monotonic_ns());
-        if self.standstill.lasts(tick, waits, now_ns) {
-            let health = self.watch.health(Process::Physics);
-            let note = health.map_or("", |health| health.note.as_str());
-            let message = format!("the cell makes no progress: {note}; `robocell logs` says more");
-            self.finish_with(End::GaveUp(Failure::gave_up(message)));
-        }
-    }
-
-    /// `--until-done` starts a task that waits to be started.
-    fn give_start_event(&mut self) {
-        let Some(decision) = self.watch.decision() else {
-            return;
-        };
-        if decision.outcome == Outcome::Idle.code() {
-            self.bus.ask(OperatorAction::TaskStart, 0);
-        } else {
-            self.start_event_given = true;
-        }
-    }
-
-    fn act_on_script(&mut self, now: u64) {
-        let line = self.watch.state().map_or(0, |state| state.script_line);
-        let (children, supervisor) = (&self.children, &self.supervisor);
-        let generation = |p: Process| children.pid(p).map(|_| supervisor.generation(p));
-        for step in self.faults.poll(now, line, generation) {
-            match step {
-                FaultStep::Kill(process) => {
-                    let what = format!("{} was killed by the script", process.name());
-                    self.incidents.failed(now, process, &what);
-                    self.tell(now, Event::KillAndRestart { process });
-                }
-                FaultStep::Freeze(process) => self.children.signal(process, SIGSTOP),
-                FaultStep::Thaw(process, generation) => {
-                    if self.supervisor.generation(process) == generation {
-                        self.children.signal(process, SIGCONT);
-                    }
-                }
-                FaultStep::Tell(line) => self.bus.ask(OperatorAction::ScriptDone, line),
-            }
-        }
-    }
-
-    fn answer_clients(&mut self, now: u64) {
-        let mut asked = Vec::new();
-        let (plan, processes) = (&mut self.plan, &self.processes);
-        self.control
-            .poll(|request| match consider(plan, processes, request) {
-                Ok((wish, message)) => {
-                    asked.push(wish);
-                    Reply { ok: true, message }
-                }
-                Err(failure) => Reply {
-                    ok: false,
-                    message: failure.to_string(),
-                },
-            });
-        for wish in asked {
-            match wish {
-                Wish::End(end) => self.finish_with(end),
-                Wish::Restart(which) => {
-                    for process in which {
-                        self.tell(now, Event::Restart { process });
-                    }
-                }
-            }
-        }
     }
 }
