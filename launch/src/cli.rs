@@ -2,26 +2,30 @@
 
 use std::path::PathBuf;
 
-use cell_model::cells::setting::Setting;
 use cell_model::runs::spec::Speed;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
-use ipc_types::topic::Process;
 
 use crate::chaos::FaultKind;
 pub use crate::cli_behaviour::{
     BehaviourArgs, BehaviourVerb, CheckArgs, ImportArgs, PictureFormat, SchemaArgs, SchemaKind,
     ShowArgs, TreeArgs, TreeVerb,
 };
-pub use crate::cli_common::{CellArgs, CompleteArgs, DataArgs, ManArgs};
+pub use crate::cli_common::{CellArgs, CompleteArgs, DataArgs, ManArgs, ProcessName};
 pub use crate::cli_eval::{BisectArgs, EpisodeArgs, EvalArgs, EvalVerb, MergeArgs, ReportRowsArgs};
 pub use crate::cli_hand::{GripperArgs, GripperVerb, JointsArgs, TargetArgs};
+pub use crate::cli_operate::{
+    AddBinArgs, BreakArgs, DragArgs, DropPartsArgs, RestartArgs, SpeedArgs, StepArgs, TaskArgs,
+    TaskVerb,
+};
 pub use crate::cli_page::{
     AssetsArgs, AssetsVerb, LoadArgs, PlotArgs, RecordArgs, RecordVerb, ReplayArgs,
 };
 pub use crate::cli_robot::{RobotArgs, SpheresArgs};
+pub use crate::cli_run::RunArgs;
+pub use crate::cli_status::{DoctorArgs, IncidentArgs, ListArgs, LogsArgs, ReportArgs, TopArgs};
 use crate::cli_values::{
-    cell_name, count, finite, host_name, minutes, positive_seconds, rate, seed,
+    cell_name, count, minutes, positive_seconds, rate, seed
 };
 
 /// Runs simulated robot cells.
@@ -128,87 +132,6 @@ pub enum Command {
     Man(ManArgs),
 }
 
-/// `robocell run`.
-#[derive(Clone, Debug, Args)]
-#[allow(
-    clippy::struct_excessive_bools,
-    reason = "each is a flag of the command line"
-)]
-pub struct RunArgs {
-    /// Name of the demo; `robocell list` names them
-    pub demo: String,
-    /// Policy of the task [default: that of the demo]
-    #[arg(long, value_name = "P")]
-    pub policy: Option<String>,
-    /// Varies poses and friction within the bounds of the cell file
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 0, value_parser = seed)]
-    pub seed: u64,
-    /// `1`: real time; `max` or another factor: lockstep
-    #[arg(long, value_name = "1|max|X", allow_negative_numbers = true, default_value = "1", value_parser = str::parse::<Speed>)]
-    pub speed: Speed,
-    /// Start no page
-    #[arg(long)]
-    pub headless: bool,
-    /// Run everything in one process, without shared memory
-    #[arg(long)]
-    pub one_process: bool,
-    /// End when the task ends
-    #[arg(long)]
-    pub until_done: bool,
-    /// When the task has ended, play the next seed after 5 s of simulated time
-    #[arg(long = "loop", conflicts_with_all = ["until_done", "one_process", "record", "timeout", "json"])]
-    pub again: bool,
-    /// Open the page in a browser
-    #[arg(long, conflicts_with_all = ["headless", "one_process"])]
-    pub open: bool,
-    /// Describe the arms: joints, tool frame, collision spheres and tuning
-    #[arg(short, long)]
-    pub verbose: bool,
-    /// End at this simulated time at the latest (s)
-    #[arg(long, value_name = "SIM_S", allow_negative_numbers = true, value_parser = positive_seconds)]
-    pub timeout: Option<f64>,
-    /// Script: what to do at which time or phase, one JSON object per line
-    #[arg(long, value_name = "FILE.jsonl")]
-    pub script: Option<PathBuf>,
-    /// Record the whole run to this file (MCAP)
-    #[arg(long, value_name = "FILE.mcap", conflicts_with = "one_process")]
-    pub record: Option<PathBuf>,
-    /// Address (or ADDRESS:PORT) the page listens at [default: loopback]
-    #[arg(long, value_name = "ADDR", conflicts_with = "headless")]
-    pub listen: Option<String>,
-    /// Name of this machine in links for others, with `--listen`
-    #[arg(long, value_name = "NAME", requires = "listen", value_parser = host_name)]
-    pub host: Option<String>,
-    /// Start paused; `robocell resume` starts it
-    #[arg(long, conflicts_with = "one_process")]
-    pub paused: bool,
-    /// Number of bins of the job [default: all bins of the cell]
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count)]
-    pub bins: Option<u32>,
-    /// Number in place of that of the cell file, as `task.timeout_s=4`; may be repeated
-    #[arg(long, value_name = "KEY=V", value_parser = str::parse::<Setting>)]
-    pub set: Vec<Setting>,
-    /// Answer of a leaf that is not run, as NODE=success, NODE=failure or NODE=running, each
-    /// with :SECONDS for a time; or a file with one rule a line; may be repeated
-    #[arg(long, value_name = "NODE=RESULT|FILE.jsonl")]
-    pub replace: Vec<String>,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
-    pub robot: RobotArgs,
-    /// Print the summary as one JSON object at the end
-    #[arg(long)]
-    pub json: bool,
-    /// Never kill a process that seems to hang (for debuggers)
-    #[arg(long)]
-    pub no_watchdog: bool,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
-    pub cell: CellArgs,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
-    pub data: DataArgs,
-}
-
 /// `robocell chaos`.
 #[derive(Clone, Debug, Args)]
 pub struct ChaosArgs {
@@ -288,226 +211,6 @@ pub struct NewArgs {
     /// Checkout whose packages a project in Rust is built with [default: that of this program]
     #[arg(long, value_name = "DIR")]
     pub crates: Option<PathBuf>,
-}
-
-/// `robocell list`.
-#[derive(Clone, Debug, Args)]
-pub struct ListArgs {
-    /// Only the cell of this name
-    #[arg(long, value_name = "NAME", value_parser = cell_name)]
-    pub cell: Option<String>,
-    /// Print one JSON object
-    #[arg(long)]
-    pub json: bool,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
-    pub data: DataArgs,
-}
-
-/// `robocell status` and `robocell doctor`.
-#[derive(Clone, Debug, Args)]
-pub struct ReportArgs {
-    /// Print one JSON object
-    #[arg(long)]
-    pub json: bool,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
-    pub cell: CellArgs,
-}
-
-/// `robocell doctor`.
-#[derive(Clone, Debug, Args)]
-pub struct DoctorArgs {
-    /// Run a loop of 1 kHz for ten seconds and judge whether this machine keeps real time
-    /// (exit code 3 where it does not)
-    #[arg(long)]
-    pub measure: bool,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
-    pub report: ReportArgs,
-}
-
-/// `robocell top`.
-#[derive(Clone, Debug, Args)]
-pub struct TopArgs {
-    /// Print one frame as text and exit
-    #[arg(long)]
-    pub once: bool,
-    /// Print one snapshot as a JSON object and exit
-    #[arg(long, conflicts_with = "once")]
-    pub json: bool,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
-    pub cell: CellArgs,
-}
-
-/// `robocell logs`.
-#[derive(Clone, Debug, Args)]
-pub struct LogsArgs {
-    /// Keep printing what is added
-    #[arg(short, long)]
-    pub follow: bool,
-    /// Only this process
-    #[arg(value_name = "PROC")]
-    pub process: Option<String>,
-    /// Print one JSON object per line
-    #[arg(long)]
-    pub json: bool,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
-    pub cell: CellArgs,
-}
-
-/// `robocell incident`.
-#[derive(Clone, Debug, Args)]
-pub struct IncidentArgs {
-    /// Number of the incident [default: list all]
-    #[arg(value_name = "N")]
-    pub number: Option<u32>,
-    /// Print one JSON object
-    #[arg(long)]
-    pub json: bool,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
-    pub cell: CellArgs,
-}
-
-/// A process a person can name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum ProcessName {
-    /// The policy.
-    Task,
-    /// The controllers of all arms.
-    Controller,
-    /// The robot and the world.
-    Physics,
-    /// Page and recorder.
-    Monitor,
-}
-
-impl ProcessName {
-    /// Whether `process` is, or is one of, those of this name.
-    pub(crate) fn includes(self, process: Process) -> bool {
-        match self {
-            Self::Task => process == Process::Task,
-            Self::Controller => matches!(process, Process::Controller(_)),
-            Self::Physics => process == Process::Physics,
-            Self::Monitor => process == Process::Monitor,
-        }
-    }
-}
-
-/// `robocell restart`.
-#[derive(Clone, Debug, Args)]
-pub struct RestartArgs {
-    /// Which one
-    pub process: ProcessName,
-    /// Restart with another policy (task only)
-    #[arg(long, value_name = "P")]
-    pub policy: Option<String>,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
-    pub cell: CellArgs,
-}
-
-/// `robocell step`.
-#[derive(Clone, Debug, Args)]
-pub struct StepArgs {
-    /// Ticks of 1 ms
-    #[arg(default_value_t = 1, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
-    pub ticks: u32,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
-    pub cell: CellArgs,
-}
-
-/// `robocell speed`.
-#[derive(Clone, Debug, Args)]
-pub struct SpeedArgs {
-    /// `1`: real time; `max` or another factor: lockstep
-    #[arg(value_name = "1|max|X", allow_negative_numbers = true, value_parser = str::parse::<Speed>)]
-    pub speed: Speed,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
-    pub cell: CellArgs,
-}
-
-/// `robocell break`.
-#[derive(Clone, Debug, Args)]
-pub struct BreakArgs {
-    /// Name of a node, state or guard of the task; all breakpoints are listed otherwise
-    pub name: Option<String>,
-    /// Remove the breakpoint
-    #[arg(long, requires = "name")]
-    pub remove: bool,
-    /// Print one JSON object
-    #[arg(long, conflicts_with = "name")]
-    pub json: bool,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
-    pub cell: CellArgs,
-}
-
-/// What to do with the task.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum TaskVerb {
-    /// Give the start event; in a pause it takes effect at resume.
-    Start,
-    /// Pause it: the operator leads.
-    Pause,
-    /// Resume it.
-    Resume,
-    /// Open the gripper, send the arm to its default pose, and pause at the beginning.
-    Reset,
-}
-
-/// `robocell task`.
-#[derive(Clone, Debug, Args)]
-pub struct TaskArgs {
-    /// What to do
-    pub verb: TaskVerb,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
-    pub cell: CellArgs,
-}
-
-/// `robocell drop-parts`.
-#[derive(Clone, Debug, Args)]
-pub struct DropPartsArgs {
-    /// How many [default: as many as the dispenser drops at a time]
-    #[arg(value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=100))]
-    pub count: Option<u32>,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
-    pub cell: CellArgs,
-}
-
-/// `robocell add-bin`.
-#[derive(Clone, Debug, Args)]
-pub struct AddBinArgs {
-    /// Upside down [default: decided by the seed]
-    #[arg(long)]
-    pub flipped: bool,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
-    pub cell: CellArgs,
-}
-
-/// `robocell drag`.
-#[derive(Clone, Debug, Args)]
-pub struct DragArgs {
-    /// Name of the object in the cell file
-    pub object: String,
-    /// Position to drag it to (m, world frame)
-    #[arg(long, value_names = ["X", "Y", "Z"], num_args = 3, required = true,
-          allow_negative_numbers = true, value_parser = finite)]
-    pub to: Vec<f64>,
-    /// Release it after this time at the latest (s)
-    #[arg(long = "for", value_name = "S", allow_negative_numbers = true, default_value_t = 2.0, value_parser = positive_seconds)]
-    pub seconds: f64,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
-    pub cell: CellArgs,
 }
 
 /// What to measure.

@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
+use ipc_types::topic::Process;
 
 use crate::cli_values::cell_name;
 use crate::complete::NameKind;
@@ -49,4 +50,29 @@ pub struct CompleteArgs {
     /// The command line so far
     #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
     pub words: Vec<String>,
+}
+
+/// A process a person can name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ProcessName {
+    /// The policy.
+    Task,
+    /// The controllers of all arms.
+    Controller,
+    /// The robot and the world.
+    Physics,
+    /// Page and recorder.
+    Monitor,
+}
+
+impl ProcessName {
+    /// Whether `process` is, or is one of, those of this name.
+    pub(crate) fn includes(self, process: Process) -> bool {
+        match self {
+            Self::Task => process == Process::Task,
+            Self::Controller => matches!(process, Process::Controller(_)),
+            Self::Physics => process == Process::Physics,
+            Self::Monitor => process == Process::Monitor,
+        }
+    }
 }
