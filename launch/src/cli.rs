@@ -24,9 +24,7 @@ pub use crate::cli_page::{
 pub use crate::cli_robot::{RobotArgs, SpheresArgs};
 pub use crate::cli_run::RunArgs;
 pub use crate::cli_status::{DoctorArgs, IncidentArgs, ListArgs, LogsArgs, ReportArgs, TopArgs};
-use crate::cli_values::{
-    cell_name, count, minutes, positive_seconds, rate, seed
-};
+use crate::cli_values::{cell_name, count, minutes, positive_seconds, rate, seed};
 
 /// Runs simulated robot cells.
 #[derive(Debug, Parser)]

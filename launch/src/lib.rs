@@ -39,6 +39,7 @@ pub mod run;
 pub mod rundir;
 mod say;
 mod shell;
+mod suggestion;
 pub mod supervisor;
 mod task_program;
 

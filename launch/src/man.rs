@@ -6,8 +6,8 @@ use clap::{Command, CommandFactory};
 
 use crate::cli::{Cli, ManArgs};
 use crate::failure::{Context, Failure};
-use crate::run::plan::did_you_mean;
 use crate::say;
+use crate::suggestion::did_you_mean;
 
 /// Prints the page of a command, or writes all pages into a folder.
 pub(crate) fn man(args: &ManArgs) -> Result<(), Failure> {

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use crate::cli::{RecordArgs, RecordVerb};
 use crate::client::Session;
 use crate::failure::{Context, Failure};
-use crate::run::plan::new_file;
+use crate::run::plan::paths::new_file;
 use crate::{output, say};
 
 /// Copying minutes of a recording takes seconds.

@@ -110,7 +110,7 @@ fn found(asked: Option<&str>) -> Result<Option<PathBuf>, Failure> {
 /// The task program that knows `what`, a demo or a file.
 fn program_of(what: &str, args: &DataArgs) -> Result<Option<PathBuf>, Failure> {
     let data = args.data.as_deref();
-    match plan::load(data, what, 0, None, &[]) {
+    match plan::cell::load(data, what, 0, None, &[]) {
         Ok(cell) => task_program::of_cell(args.task.as_deref(), &cell, data),
         // A file, or a name that the task program refuses with advice.
         Err(_) => found(args.task.as_deref()),

@@ -14,8 +14,8 @@ use super::top::View;
 use super::watched::Trace;
 use crate::cli::BreakArgs;
 use crate::failure::Failure;
-use crate::run::plan::did_you_mean;
 use crate::say;
+use crate::suggestion::did_you_mean;
 
 /// The task sends its pictures once a second.
 const PICTURES: Duration = Duration::from_millis(1500);

@@ -10,8 +10,8 @@ use serde::Serialize;
 use crate::cli::LogsArgs;
 use crate::failure::{Context, Failure};
 use crate::process_log::Follower;
-use crate::run::plan::did_you_mean;
 use crate::rundir::RunDir;
+use crate::suggestion::did_you_mean;
 use crate::{output, say};
 
 /// A line of `robocell logs --json`.

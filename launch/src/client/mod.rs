@@ -68,7 +68,7 @@ impl Session {
     pub(crate) fn load_cell(&self) -> Result<Cell, Failure> {
         let spec = &self.spec;
         let data = spec.data_dir.as_deref();
-        plan::load(data, &spec.demo, spec.seed, spec.robot.as_ref(), &spec.set)
+        plan::cell::load(data, &spec.demo, spec.seed, spec.robot.as_ref(), &spec.set)
     }
 
     /// Joins its bus as a reader and asker.

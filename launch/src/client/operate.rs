@@ -15,8 +15,8 @@ use crate::cli::{
 };
 use crate::control::{Reply, Request, ask};
 use crate::failure::{Context, Failure};
-use crate::run::plan::did_you_mean;
 use crate::say;
+use crate::suggestion::did_you_mean;
 
 /// Physics answers within a tick; a busy machine needs longer.
 pub(super) const PATIENCE: Duration = Duration::from_secs(2);

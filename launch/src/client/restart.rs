@@ -13,7 +13,7 @@ use super::operate::accepted;
 use crate::cli::{ProcessName, RestartArgs};
 use crate::control::{Request, ask};
 use crate::failure::{Context, Failure};
-use crate::run::plan::choose;
+use crate::run::plan::policy::choose;
 use crate::{say, task_program};
 
 /// A process that was asked to restart is back within this, or something is wrong.

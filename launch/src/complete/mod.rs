@@ -111,7 +111,7 @@ fn demos() -> Vec<String> {
 fn policies(words: &Words<'_>) -> Result<Vec<String>, Failure> {
     let demos = demos();
     if let Some(demo) = words.all.iter().find(|word| demos.contains(word)) {
-        return Ok(crate::run::plan::load(None, demo, 0, None, &[])?.policies);
+        return Ok(crate::run::plan::cell::load(None, demo, 0, None, &[])?.policies);
     }
     Ok(Session::of(words.cell)?.load_cell()?.policies)
 }

@@ -2,7 +2,7 @@
 
 use super::signals::Signal;
 use crate::failure::Failure;
-use crate::run::plan::did_you_mean;
+use crate::suggestion::did_you_mean;
 
 /// The signals named by `asked`, each once, in the order they are named and at most
 /// `most`; `*` in a name matches any text.

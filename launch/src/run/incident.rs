@@ -1,16 +1,15 @@
 //! Incidents: when a process or an arm fails, the last cycles of every loop, the end of
 //! the log and the state files of the process are kept, before a successor starts.
 
+mod draft;
+
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, channel, sync_channel};
 use std::time::{Duration, SystemTime};
 
-use cell_model::runs::incident::{
-    Event, Head, Incident, Incidents, LogTail, LoopTrace, ring_path, value_names,
-};
+use cell_model::runs::incident::{Event, Head, Incident, Incidents, LogTail, ring_path};
 use cell_model::runs::spec::RunSpec;
 use cell_rt::priority::set_other;
-use cell_rt::{BlackBox, BoxedCycle};
 use ipc_types::topic::Process;
 
 use super::watch::Watch;
@@ -18,9 +17,9 @@ use crate::child::last_words;
 use crate::lock::utc;
 use crate::rundir::RunDir;
 use crate::say;
+use draft::{Draft, ms, write_all};
 
-/// How long before its first event an incident begins, and after it ends (ns).
-const BEFORE_NS: u64 = 3_000_000_000;
+/// How long after its first event an incident ends (ns).
 const AFTER_NS: u64 = 1_000_000_000;
 /// Events of one incident.
 const EVENTS: usize = 64;
@@ -55,17 +54,6 @@ struct Open {
     first_ns: u64,
     events: Vec<Event>,
     about: Vec<Process>,
-}
-
-/// An incident to be written.
-struct Draft {
-    incident: Incident,
-    first_ns: u64,
-    /// Where the last cycles of each loop are. A successor appends to them, so the
-    /// writer has seconds to read them.
-    rings: Vec<(Process, PathBuf)>,
-    /// State files, by name.
-    files: Vec<(&'static str, Vec<u8>)>,
 }
 
 impl IncidentRecorder {
@@ -276,88 +264,9 @@ fn wall_clock() -> String {
     utc(SystemTime::now())
 }
 
-/// Writes drafts until there will be no more.
-fn write_all(incidents: &Incidents, drafts: &Receiver<Draft>) {
-    let mut said = false;
-    for draft in drafts {
-        let number = draft.incident.head.number;
-        if let Err(error) = draft.save(incidents)
-            && !std::mem::replace(&mut said, true)
-        {
-            say::warn(format_args!(
-                "incident {number} is not kept: {error}: {}",
-                incidents.path(number).display()
-            ));
-        }
-    }
-}
-
-impl Draft {
-    fn save(mut self, incidents: &Incidents) -> std::io::Result<()> {
-        let first_ns = self.first_ns;
-        let trace = |(process, path): &(Process, PathBuf)| {
-            // A process that could not make its ring has said so.
-            let ring = BlackBox::read(path).ok()?;
-            Some(trace(*process, &ring, first_ns))
-        };
-        self.incident.loops = self.rings.iter().filter_map(trace).collect();
-        incidents.save(&self.incident)?;
-        for (name, bytes) in &self.files {
-            std::fs::write(incidents.path(self.incident.head.number).join(name), bytes)?;
-        }
-        Ok(())
-    }
-}
-
-/// The cycles of `ring` around `first_ns`.
-fn trace(process: Process, ring: &[BoxedCycle], first_ns: u64) -> LoopTrace {
-    let mut trace = LoopTrace {
-        process: process.name(),
-        ..LoopTrace::default()
-    };
-    let names = value_names(process);
-    let names = names
-        .iter()
-        .enumerate()
-        .filter(|(_, name)| !name.is_empty());
-    let span = first_ns.saturating_sub(BEFORE_NS)..=first_ns + AFTER_NS;
-    for cycle in ring.iter().filter(|cycle| span.contains(&cycle.began_ns)) {
-        if let Some(cause) = cycle.cause {
-            let overrun = (trace.tick.len(), cause.name().to_owned());
-            trace.overruns.push(overrun);
-        }
-        trace.generation.push(cycle.generation);
-        trace.tick.push(cycle.tick);
-        trace.at_ms.push(ms(cycle.began_ns, first_ns));
-        trace.late_us.push(us(cycle.late_ns));
-        trace.body_us.push(us(cycle.body_ns));
-        for (index, name) in names.clone() {
-            let values = trace.values.entry((*name).to_owned()).or_default();
-            values.push(rounded(cycle.values[index]));
-        }
-    }
-    trace
-}
-
-/// From `zero_ns` to `ns`, in milliseconds with three decimals.
-fn ms(ns: u64, zero_ns: u64) -> f64 {
-    let us = |ns: u64| (ns / 1_000) as f64;
-    (us(ns) - us(zero_ns)) / 1_000.0
-}
-
-fn us(ns: u32) -> f64 {
-    f64::from(ns / 100) / 10.0
-}
-
-/// With four decimals: an incident is read by people, too.
-fn rounded(value: f32) -> f64 {
-    (f64::from(value) * 10_000.0).round() / 10_000.0
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cell_rt::overrun::Cause;
 
     #[test]
     fn events_that_are_not_kept_are_reported_as_the_last_one() {
@@ -372,30 +281,5 @@ mod tests {
         assert_eq!(open.events.len(), EVENTS);
         assert_eq!(open.events[EVENTS - 2].what, "event 62");
         assert_eq!(open.events[EVENTS - 1].what, "more events; 63 are kept");
-    }
-
-    #[test]
-    fn a_trace_has_the_cycles_around_the_first_event() {
-        let second = 1_000_000_000;
-        let cycle = |began_ns, cause| BoxedCycle {
-            began_ns,
-            late_ns: 1_234_567,
-            body_ns: 50_000,
-            cause,
-            values: [5.0, 0.123_45, 0.0, 0.0],
-            ..BoxedCycle::default()
-        };
-        let ring = [
-            cycle(second, None),
-            cycle(8 * second, Some(Cause::Preemption)),
-            cycle(10 * second + 2_500_000, None),
-            cycle(12 * second, None),
-        ];
-        let trace = trace(Process::Physics, &ring, 10 * second);
-        assert_eq!(trace.at_ms, [-2000.0, 2.5]);
-        assert_eq!((trace.late_us[0], trace.body_us[1]), (1234.5, 50.0));
-        assert_eq!(trace.overruns, [(0, "preemption".to_owned())]);
-        assert_eq!(trace.values["arm 0 fastest joint (rad/s)"], [0.1235; 2]);
-        assert_eq!(trace.values.len(), 4);
     }
 }

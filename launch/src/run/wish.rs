@@ -4,7 +4,8 @@ use ipc_types::topic::Process;
 
 use super::faults::named;
 use super::live::End;
-use super::plan::{Plan, choose};
+use super::plan::Plan;
+use super::plan::policy::choose;
 use crate::control::Request;
 use crate::failure::Failure;
 

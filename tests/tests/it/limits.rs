@@ -133,7 +133,7 @@ const NOT_CAPACITIES: [&str; 38] = [
     "crates/tree-import/src/document.rs::MAX_COUNTED",
     "launch/src/chaos/fault.rs::MOST_FILLED",
     "launch/src/chaos/kills.rs::MOST_TICKS_LOST",
-    "launch/src/supervisor/slot.rs::MAX_CRASHES",
+    "launch/src/supervisor/slot/exits.rs::MAX_CRASHES",
     "launch/src/supervisor/slot.rs::MAX_EXTRA_GRACE",
     "launch/src/supervisor/slot.rs::MAX_HUNG_STARTS",
     "launch/src/client/approach.rs::MOST_S",
