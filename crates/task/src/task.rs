@@ -19,26 +19,28 @@
 //! A new field of [`Task`] that changes between decisions belongs into the checkpoint, and
 //! its version has to be increased.
 
+mod panel;
+mod state;
+
 use behavior::Graph;
 use cell_model::Cell;
 use ipc_types::decision::{CellIo, MAX_PLACED, Outcome};
 use ipc_types::trace::TraceEvent;
 use ipc_types::{
-    ArmStatus, Decision, Header, Invalid, MAX_JOINTS, OperatorPanel, Text, Validate as _,
-    WorldState,
+    ArmStatus, Decision, Header, Invalid, MAX_JOINTS, Text, Validate as _, WorldState,
 };
-use serde::de::Error as _;
 
 use crate::breakpoints::{Breakpoints, Happened};
-use crate::checkpoint::{self, CheckpointError, TaskCheckpoint, VERSION};
 use crate::job::Job;
 use crate::observation::Observation;
-use crate::operator::{PanelChange, PanelState, log_change};
-use crate::output::{ArmIntent, Output, TraceLineText};
+use crate::operator::PanelState;
+use crate::output::{Output, TraceLineText};
 use crate::perception::Perception;
 use crate::policy::AnyPolicy;
 use crate::time::{PolicyClock, PolicyTime};
 use crate::trace::Tracer;
+
+pub use state::Restored;
 
 /// Shown in place of a phase once the job has failed.
 const FAILED: &str = "FAILED";
@@ -73,31 +75,6 @@ pub struct Task {
     unsure: bool,
     /// Result of the last restore, until the next decision.
     restored: Restored,
-}
-
-/// What [`Task::restore`] took from a checkpoint.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Restored {
-    /// The job and the memory of the policy.
-    #[default]
-    All,
-    /// The job: the checkpoint is of another policy.
-    OtherPolicy,
-    /// The job: nothing of the policy's memory was restored.
-    NoMemory,
-}
-
-impl Restored {
-    /// A line for the log.
-    pub fn line(self) -> &'static str {
-        match self {
-            Self::All => "[task] resumed from its checkpoint",
-            Self::OtherPolicy => "[task] another policy took over the job",
-            Self::NoMemory => {
-                "[task] the policy starts again: nothing of its memory was kept; the job continues"
-            }
-        }
-    }
 }
 
 impl Task {
@@ -178,19 +155,32 @@ impl Task {
         self.tracer.changes(self.policy.as_ref(), &mut self.out);
         self.out.finish(self.arm_count, out, trace);
         self.fill(state.header.tick, out);
-        let entered = self.job.counters.phase_entry != entries;
-        let happened = Happened {
-            graphs: self.tracer.graphs(),
-            lines: trace.get(from..).unwrap_or_default(),
-            entered: entered.then(|| self.out.phase.as_str()),
-        };
-        let (panel, tick) = (&state.panel, state.header.tick);
         // Last before the check: it needs the lines and the phase of this decision.
-        self.breakpoints.update(panel, tick, &happened, out);
+        let lines = trace.get(from..).unwrap_or_default();
+        self.reach_breakpoints(state, entries, lines, out);
         // Validated by the rule of the readers: a refused decision would be sent and dropped.
         if let Err(invalid) = out.validate() {
             self.refuse(&invalid, out, trace);
         }
+    }
+
+    /// Looks for a breakpoint in `lines` of this decision and in its phase: `entries` is the
+    /// count of phases before it.
+    fn reach_breakpoints(
+        &mut self,
+        state: &WorldState,
+        entries: u32,
+        lines: &[TraceLineText],
+        out: &mut Decision,
+    ) {
+        let entered = self.job.counters.phase_entry != entries;
+        let happened = Happened {
+            graphs: self.tracer.graphs(),
+            lines,
+            entered: entered.then(|| self.out.phase.as_str()),
+        };
+        let (panel, tick) = (&state.panel, state.header.tick);
+        self.breakpoints.update(panel, tick, &happened, out);
     }
 
     /// Warnings are in the trace, so the log, the page and a recording have them alike.
@@ -215,105 +205,6 @@ impl Task {
         self.report_failure();
         self.out.finish(self.arm_count, out, trace);
         self.fill(tick, out);
-    }
-
-    /// The whole state of the task, as plain bytes; see [`Task::restore`].
-    pub fn checkpoint(&self) -> Vec<u8> {
-        checkpoint::to_bytes(&TaskCheckpoint {
-            version: VERSION,
-            demo: self.demo.clone(),
-            policy: self.name.clone(),
-            job: self.job.clone(),
-            phase: self.phase.as_str().to_owned(),
-            clock: self.clock.clone(),
-            panel: self.panel.clone(),
-            goals: self.out.book().clone(),
-            breakpoints: self.breakpoints.clone(),
-            unsure: self.unsure,
-            policy_state: self.policy.save(),
-        })
-    }
-
-    /// Restores what [`Task::checkpoint`] returned. The checkpoint of another policy of the
-    /// same demo is accepted, too: its job is resumed, with the object in the gripper.
-    ///
-    /// # Errors
-    /// [`CheckpointError`] for a checkpoint that is damaged, of another version or of another
-    /// cell. The task is unchanged then, except that a policy whose own bytes do not decode
-    /// is reset.
-    pub fn restore(&mut self, bytes: &[u8]) -> Result<(), CheckpointError> {
-        // The version is read before the rest, whose layout it determines.
-        let found = checkpoint::version(bytes)?;
-        if found != VERSION {
-            return Err(CheckpointError::Version { found });
-        }
-        let saved: TaskCheckpoint = checkpoint::from_bytes(bytes)?;
-        // An edited cell with another number of objects would give indices another meaning.
-        if saved.demo != self.demo || !saved.job.fits(self.job.attempts.len()) {
-            return Err(CheckpointError::OtherCell {
-                found: saved.demo,
-                expected: self.demo.clone(),
-            });
-        }
-        // Checked before the first assignment. A policy whose own bytes do not decode is reset,
-        // all else is unchanged.
-        if !saved.is_sound() {
-            let wrong = "it counts further than a run can get";
-            return Err(bincode::Error::custom(wrong).into());
-        }
-        let same_policy = saved.policy == self.name;
-        if same_policy {
-            // The memory of another policy is not readable for this one, its job is: that is
-            // why the job is kept apart from the memory.
-            self.policy.restore(&saved.policy_state)?;
-            self.phase = Text::new(&saved.phase);
-        } else {
-            self.policy.reset();
-            self.phase = Text::EMPTY;
-        }
-        self.job.take(saved.job);
-        self.clock = saved.clock;
-        self.panel = saved.panel;
-        self.breakpoints = saved.breakpoints;
-        *self.out.book_mut() = saved.goals;
-        // The sentence is not in the checkpoint; one of before would explain another failure.
-        self.out.forget_message();
-        // Another policy has an empty memory and may have an object in the gripper.
-        self.unsure = saved.unsure || !same_policy;
-        self.restored = match (same_policy, self.policy.has_resumed()) {
-            (false, _) => Restored::OtherPolicy,
-            (true, false) => Restored::NoMemory,
-            (true, true) => Restored::All,
-        };
-        Ok(())
-    }
-
-    /// What [`Task::restore`] took from the checkpoint, until the next decision.
-    pub fn restored(&self) -> Restored {
-        self.restored
-    }
-
-    /// To be called once, before the next decision, when decisions were missed: that decision
-    /// then compares the checkpoint (the held object, the goals reached) with the
-    /// observation. The time without decisions, up to `state`, does not count as time of a
-    /// phase: the arm held.
-    pub fn reconcile(&mut self, state: &WorldState) {
-        self.clock.skip_to(state.header.tick);
-        self.unsure = true;
-    }
-
-    /// Resets everything: the world is another one, and ticks start from zero.
-    pub fn begin_new_scene(&mut self) {
-        self.policy.reset();
-        // The goal numbers continue: a controller that was not restarted has latched the old
-        // ones.
-        self.job.reset();
-        self.phase = Text::EMPTY;
-        self.out.book_mut().forget();
-        self.out.forget_message();
-        self.panel = PanelState::default();
-        self.clock = PolicyClock::default();
-        self.unsure = true;
     }
 
     /// The pictures of the policy.
@@ -355,71 +246,6 @@ impl Task {
     /// Policy time of the last decision.
     pub fn time(&self) -> PolicyTime {
         self.clock.now()
-    }
-
-    /// Whether the arms follow the operator instead of the policy.
-    fn is_led(&self, panel: &OperatorPanel) -> bool {
-        // A policy whose job are the operator's targets keeps the arm in a pause, except for
-        // the return to the default pose after a reset.
-        let returns = (0..self.arm_count).any(|arm| self.panel.returns(panel, arm));
-        self.panel.paused() && (returns || !self.policy.follows_operator())
-    }
-
-    /// The arm that the operator's panel names follows the operator; after a reset of the
-    /// task the others return to their default pose.
-    fn lead(&mut self, panel: &OperatorPanel, tick: u64) {
-        // Obstacles that are not solid guide the paths of a policy; the operator may want to
-        // move the arm through them.
-        let obstacle_mask = self.solid_obstacles;
-        let (led, asked) = self.panel.lead(panel, self.grip_force);
-        for (arm, home) in self.homes.iter().enumerate() {
-            let intent = if self.panel.returns(panel, arm) {
-                let pose = self.policy.default_pose(arm);
-                self.panel.to_default(panel, tick, pose, *home)
-            } else if arm == led {
-                asked
-            } else {
-                // No intent: the arm holds and keeps its gripper.
-                continue;
-            };
-            self.out.arm(
-                arm,
-                ArmIntent {
-                    obstacle_mask,
-                    ..intent
-                },
-            );
-        }
-    }
-
-    fn obey(&mut self, change: PanelChange, panel: &OperatorPanel) {
-        log_change(change, &mut self.out);
-        if change.reset {
-            self.policy.reset();
-            self.job.reset();
-            self.phase = Text::EMPTY;
-            // `forget` and not a new book: goal numbers must not repeat.
-            self.out.book_mut().forget();
-            self.out.forget_message();
-            // The gripper may hold an object.
-            self.unsure = true;
-            // A level of the panel: a job that was started before the reset waits for no second
-            // start.
-            self.job.started = panel.task_started == 1;
-        }
-        self.job.started |= change.start;
-        if change.start && self.job.failure.is_some() {
-            self.job.retry();
-            self.out.forget_message();
-            // The gripper may still hold an object.
-            self.unsure = true;
-            self.out
-                .lifecycle(TraceEvent::Restart, format_args!("[task] started again"));
-        }
-        if change.resume {
-            // The operator may have moved the arm, an object, or the gripper.
-            self.unsure = true;
-        }
     }
 
     /// Runs the policy, unless the job has failed: then the arm holds and the gripper keeps
