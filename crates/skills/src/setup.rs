@@ -1,11 +1,13 @@
 //! A cell as skills need it, resolved once from its files.
 
+mod arm;
+mod object;
+
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use cell_model::{ArmSpec, Cell, ObjectSpec, Robot, Shape, suggest};
-use ipc_types::{MAX_JOINTS, Pose};
-use nalgebra::{Vector2, Vector3};
+use cell_model::{Cell, suggest};
+use nalgebra::Vector2;
 use robocell_task::SetupError;
 use robocell_task::job::Placement;
 
@@ -13,62 +15,11 @@ use crate::ability::{self, Need};
 use crate::geometry;
 use crate::settings::PlaceTable;
 
-/// Share of the length of the stretched arm that it reaches with the tool straight down.
-const REACH_SHARE: f64 = 0.9;
-/// Fingers within this of the open width are open (m).
-const OPEN_TOLERANCE_M: f64 = 0.008;
+pub use arm::{ArmSetup, Tool, suction_arm};
+pub use object::ObjectSetup;
 
 /// Index of the arm of a job with one arm.
 pub const ARM: usize = 0;
-
-/// The tool of an arm.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Tool {
-    /// Two fingers; the TCP's z axis points out of the hand.
-    Fingers {
-        /// Width of the open hand (m).
-        open_width_m: f64,
-        /// Fingers within this of the open width are open (m).
-        open_tolerance_m: f64,
-        /// Force per finger (N).
-        force_n: f64,
-    },
-    /// A suction cup; the TCP's x axis points out of it.
-    Suction,
-    /// No gripper; the TCP's z axis counts as its direction.
-    None,
-}
-
-/// An arm of the cell.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ArmSetup {
-    /// Its name in the cell file.
-    pub name: String,
-    /// Its base, world frame (m).
-    pub base: Vector3<f64>,
-    /// Its joint positions at the start (rad or m).
-    pub home: [f64; MAX_JOINTS],
-    /// Its gripper.
-    pub tool: Tool,
-    /// An object farther from the base in the plane is out of reach (m).
-    pub reach_m: f64,
-    /// Pose of the TCP while the arm waits for a zone in which another arm works: the pose at
-    /// the start, unless the job sets another. World frame.
-    pub wait: Pose,
-}
-
-/// A movable object of the cell.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ObjectSetup {
-    /// Its name in the cell file.
-    pub name: String,
-    /// Half of its height when it is upright (m).
-    pub half_height_m: f64,
-    /// Its narrowest side (m).
-    pub narrowest_m: f64,
-    /// Bit of [`ipc_types::ArmGoal::object_mask`], for one that is an obstacle.
-    pub obstacle_bit: Option<u32>,
-}
 
 /// A named place: one slot, or a pattern of them in their order.
 #[derive(Clone, Debug, PartialEq)]
@@ -234,73 +185,6 @@ impl Setup {
     }
 }
 
-impl ArmSetup {
-    /// Whether the arm reaches a point with the tool straight down (m).
-    pub fn reaches(&self, point: Vector3<f64>) -> bool {
-        let off = point - self.base;
-        off.xy().norm() <= self.reach_m && off.z.abs() <= self.reach_m
-    }
-}
-
-impl Tool {
-    /// The tool of a robot.
-    pub fn of(robot: &Robot) -> Self {
-        match (&robot.gripper, &robot.suction) {
-            (Some(gripper), _) => Self::Fingers {
-                open_width_m: gripper.max_width,
-                open_tolerance_m: OPEN_TOLERANCE_M,
-                force_n: gripper.default_force,
-            },
-            (None, Some(_)) => Self::Suction,
-            (None, None) => Self::None,
-        }
-    }
-
-    /// Orientation of the TCP with the tool straight down, turned by `yaw`
-    /// about the vertical axis (rad); w x y z.
-    pub fn down(self, yaw: f64) -> [f64; 4] {
-        match self {
-            Self::Suction => geometry::straight_down_by_x(yaw),
-            Self::Fingers { .. } | Self::None => geometry::straight_down(yaw),
-        }
-    }
-
-    /// The inverse of [`Tool::down`] (rad).
-    pub fn yaw(self, orientation_wxyz: [f64; 4]) -> f64 {
-        let rotation = geometry::rotation(orientation_wxyz);
-        let axis = match self {
-            Self::Suction => rotation * Vector3::z(),
-            Self::Fingers { .. } | Self::None => rotation * Vector3::x(),
-        };
-        libm::atan2(axis.y, axis.x)
-    }
-
-    /// Height of the TCP above the centre of an object that is gripped from
-    /// above (m).
-    pub fn grasp_height(self, object: &ObjectSetup) -> f64 {
-        match self {
-            Self::Suction => object.half_height_m,
-            Self::Fingers { .. } | Self::None => 0.0,
-        }
-    }
-}
-
-/// The cell's first arm, which has a suction gripper.
-///
-/// # Errors
-/// Returns a [`SetupError`] for a cell without one.
-pub fn suction_arm(cell: &Cell) -> Result<&ArmSpec, SetupError> {
-    let arm = cell.arms.get(ARM);
-    let arm =
-        arm.ok_or_else(|| SetupError::new(cell, "there is no [[arm]]; this job needs one"))?;
-    if arm.robot.suction.is_none() {
-        let name = &arm.robot.name;
-        let problem = format!("robot '{name}' has no suction gripper; this job needs one");
-        return Err(SetupError::new(cell, problem));
-    }
-    Ok(arm)
-}
-
 /// Bits of [`ipc_types::ArmGoal::obstacle_mask`] of the obstacles whose name `named` accepts.
 pub fn obstacle_bits(cell: &Cell, named: impl Fn(&str) -> bool) -> u64 {
     let obstacles = cell.obstacles().take(64).enumerate();
@@ -320,79 +204,6 @@ fn need(
         let advice = suggest::advice(name, known);
         SetupError::new(cell, format!("there is no {what} '{name}'; {advice}"))
     })
-}
-
-impl ArmSetup {
-    /// Whether a joint is more than half a turn from its position at the start: the elbow or
-    /// the wrist is in another branch, or wound up.
-    pub fn is_wound(&self, joint_positions: &[f64; MAX_JOINTS]) -> bool {
-        let off = self.home.iter().zip(joint_positions).map(|(a, b)| a - b);
-        off.into_iter().any(|off| off.abs() > std::f64::consts::PI)
-    }
-
-    /// The setup of `spec`.
-    pub fn of(spec: &ArmSpec) -> Self {
-        let mut home = [0.0; MAX_JOINTS];
-        for (slot, position) in home.iter_mut().zip(&spec.home) {
-            *slot = *position;
-        }
-        let all = spec.robot.with_arm_positions(&spec.home);
-        let tcp = spec.robot.frame_pose(spec.robot.tcp_frame, &all);
-        let tcp = spec.base * tcp.unwrap_or_default();
-        let orientation = tcp.rotation.quaternion();
-        Self {
-            wait: Pose {
-                position: tcp.translation.vector.into(),
-                orientation_wxyz: [orientation.w, orientation.i, orientation.j, orientation.k],
-            },
-            name: spec.name.clone(),
-            base: spec.base.translation.vector,
-            home,
-            tool: Tool::of(&spec.robot),
-            reach_m: reach(&spec.robot),
-        }
-    }
-}
-
-/// The links between the second joint and the last, stretched; the tool points down and adds
-/// nothing.
-fn reach(robot: &Robot) -> f64 {
-    let joints = robot.chain.joints();
-    let controlled = robot.arm_joints.iter().filter_map(|i| joints.get(*i));
-    let stretched: f64 = controlled
-        .skip(2)
-        .map(|joint| joint.origin.translation.vector.norm())
-        .sum();
-    REACH_SHARE * stretched
-}
-
-impl ObjectSetup {
-    /// The setup of `spec`.
-    pub fn of(spec: &ObjectSpec) -> Self {
-        let half_height_m = match spec.shape {
-            Shape::Box { size_m } | Shape::Bin { size_m, .. } => 0.5 * size_m[2],
-            Shape::Sphere { radius_m } => radius_m,
-            Shape::Cylinder { height_m, .. } => 0.5 * height_m,
-            Shape::Capsule { radius_m, height_m } => radius_m + 0.5 * height_m,
-        };
-        Self {
-            name: spec.name.clone(),
-            half_height_m,
-            narrowest_m: narrowest(&spec.shape),
-            obstacle_bit: None,
-        }
-    }
-}
-
-/// The narrowest side of a shape (m).
-fn narrowest(shape: &Shape) -> f64 {
-    match *shape {
-        Shape::Box { size_m } | Shape::Bin { size_m, .. } => {
-            size_m.into_iter().fold(f64::INFINITY, f64::min)
-        }
-        Shape::Sphere { radius_m } | Shape::Capsule { radius_m, .. } => 2.0 * radius_m,
-        Shape::Cylinder { radius_m, height_m } => height_m.min(2.0 * radius_m),
-    }
 }
 
 pub(crate) fn place(name: &str, table: &PlaceTable) -> PlaceSetup {
