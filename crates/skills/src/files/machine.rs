@@ -1,5 +1,7 @@
 //! A machine in a file: its states run steps or trees, and its events fire triggers.
 
+mod checkpoint;
+
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -7,16 +9,13 @@ use behavior::board::Board;
 use behavior::inline::{Inline, Part};
 use behavior::machine::{
     self, Actions, BehaviorId, CallbackId, Definition, DuringDef, Event, Fault, GuardId, StateDef,
-    TriggerId, Vocabulary,
+    Table, TriggerId, Vocabulary,
 };
 use behavior::tree::Tree;
 use behavior::{Finding, Graph, NodeStatus, ResetReason, Status};
 use cell_model::Cell;
 use ipc_types::Text;
-use robocell_task::{AnyPolicy, Job, Observation, Output, SetupError, TraceEvent, checkpoint};
-use serde::de::Error as _;
-use serde::{Deserialize, Serialize};
-use serde_bytes::ByteBuf;
+use robocell_task::{AnyPolicy, Job, Observation, Output, SetupError, TraceEvent};
 
 use super::dead_ends;
 use super::parts::{self, Loader};
@@ -60,15 +59,6 @@ struct Parts {
     repeats: Vec<bool>,
     conditions: Vec<Tree<Station>>,
     shared: Board,
-}
-
-#[derive(Serialize, Deserialize)]
-struct Record {
-    machine: ByteBuf,
-    sequences: Vec<ByteBuf>,
-    board: ByteBuf,
-    /// Names of events that fired and have held since.
-    fired: Vec<String>,
 }
 
 impl MachinePolicy {
@@ -122,17 +112,7 @@ impl MachineJob {
         let conditions = conditions
             .map(|part| loader.condition(part))
             .collect::<Result<_, _>>()?;
-        let mut events = Vec::new();
-        for event in &inline.events {
-            if let Some(trigger) = table.trigger(&event.name) {
-                events.push(Condition {
-                    name: event.name.clone(),
-                    trigger,
-                    tree: loader.condition(event)?,
-                    has_fired: false,
-                });
-            }
-        }
+        let events = events_of(&inline.events, &table, &mut loader)?;
         let mut job = Self {
             run: MachineRun::new(Arc::new(table)),
             parts: Parts {
@@ -196,28 +176,6 @@ impl MachineJob {
         for tree in &mut self.parts.sequences {
             parts::stop(tree, &mut self.parts.shared, world);
         }
-    }
-
-    /// State of the machine and of the trees that it runs, encoded.
-    pub(super) fn save(&self) -> Vec<u8> {
-        let mut board = Vec::new();
-        self.parts.shared.save(&mut board);
-        checkpoint::to_bytes(&Record {
-            machine: ByteBuf::from(self.run.save()),
-            sequences: parts::save(&self.parts.sequences),
-            board: ByteBuf::from(board),
-            fired: self
-                .events
-                .iter()
-                .filter(|event| event.has_fired)
-                .map(|event| event.name.clone())
-                .collect(),
-        })
-    }
-
-    /// Restores the bytes of [`Self::save`]; after an error the machine is in its first state.
-    pub(super) fn restore(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
-        self.take(bytes).inspect_err(|_| self.reset())
     }
 
     /// The machine.
@@ -304,22 +262,6 @@ impl Actions for Running<'_, '_, '_> {
     }
 }
 
-impl MachineJob {
-    /// Restores a checkpoint. After an error some parts may have been restored.
-    fn take(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
-        let record: Record = checkpoint::from_bytes(bytes)?;
-        self.run.restore(&record.machine)?;
-        self.parts
-            .shared
-            .restore(&record.board)
-            .map_err(bincode::Error::custom)?;
-        for event in &mut self.events {
-            event.has_fired = record.fired.contains(&event.name);
-        }
-        parts::restore(&mut self.parts.sequences, &record.sequences)
-    }
-}
-
 impl AnyPolicy for MachinePolicy {
     fn warnings(&self, cell: &Cell) -> Vec<String> {
         let mut warnings = parts::warnings(self.job.trees());
@@ -370,6 +312,26 @@ impl AnyPolicy for MachinePolicy {
     fn reconcile(&mut self, _observation: &Observation<'_>, _job: &mut Job, _out: &mut Output) {
         self.resumed = true;
     }
+}
+
+/// The conditions that fire triggers.
+fn events_of(
+    parts: &[Part],
+    table: &Table,
+    loader: &mut Loader<'_>,
+) -> Result<Vec<Condition>, SetupError> {
+    let mut events = Vec::new();
+    for event in parts {
+        if let Some(trigger) = table.trigger(&event.name) {
+            events.push(Condition {
+                name: event.name.clone(),
+                trigger,
+                tree: loader.condition(event)?,
+                has_fired: false,
+            });
+        }
+    }
+    Ok(events)
 }
 
 /// Triggers that the machine fires: its events, then the results of the steps of states.

@@ -1,16 +1,17 @@
 //! A matrix in a file: handlers start steps, and conditions and results are events.
 
+mod checks;
+
 use std::sync::Arc;
 
 use behavior::board::Board;
-use behavior::inline::Inline;
-use behavior::machine::{BehaviorId, Fault, Final, StateId};
+use behavior::inline::{Inline, Part};
+use behavior::machine::{BehaviorId, Fault};
 use behavior::matrix::{
-    self, Cell as MatrixCell, Definition, EventId, EventSet, HandlerId, Handlers, Next, Table,
-    Vocabulary,
+    self, Cell as MatrixCell, Definition, EventId, EventSet, HandlerId, Handlers, Next, Vocabulary,
 };
 use behavior::tree::Tree;
-use behavior::{Finding, Graph, NodeStatus, ResetReason, Status, suggest};
+use behavior::{Finding, Graph, NodeStatus, ResetReason, Status};
 use cell_model::Cell;
 use ipc_types::Text;
 use robocell_task::{AnyPolicy, Job, Observation, Output, SetupError};
@@ -25,6 +26,7 @@ use crate::matrix::MatrixRun;
 use crate::setup::{ARM, Setup};
 use crate::skill::Station;
 use crate::world::World;
+use checks::{event_named, refuse_dead_ends, refuse_silent_events};
 
 /// See the module.
 pub(super) struct MatrixPolicy {
@@ -88,13 +90,7 @@ impl MatrixPolicy {
         };
         let table = definition.compile(&vocabulary).map_err(Loader::wrong)?;
         let event = |name: &str| event_named(&definition, &table, name);
-        let mut results = Vec::new();
-        for handler in &inline.handlers {
-            let id = |name: &Option<String>| name.as_deref().map(event).transpose();
-            let both = [id(&handler.success), id(&handler.failure)];
-            let [success, failure] = both.map(|id| id.map_err(Loader::wrong));
-            results.push([success?, failure?]);
-        }
+        let results = results_of(&inline.handlers, event)?;
         let mut events = Vec::new();
         for part in &inline.events {
             let id = event(&part.name).map_err(Loader::wrong)?;
@@ -320,77 +316,17 @@ impl AnyPolicy for MatrixPolicy {
     }
 }
 
-/// The event with this name.
-fn event_named(definition: &Definition, table: &Table, name: &str) -> Result<EventId, String> {
-    table.event(name).ok_or_else(|| {
-        let known: Vec<&str> = definition
-            .precedence
-            .iter()
-            .map(|event| event.text.as_str())
-            .collect();
-        let (file, advice) = (&definition.file, suggest::advice(name, &known));
-        format!("{file}: event '{name}' is not in the precedence list; {advice}")
-    })
-}
-
-/// Refuses a state that a run would never leave: the job would wait there until its time limit.
-fn refuse_dead_ends(
-    definition: &Definition,
-    table: &Table,
-    ends: &[StateId],
-) -> Result<(), String> {
-    for state in &definition.states {
-        let id = table.state(&state.name.text);
-        let mut events = definition.precedence.iter();
-        let answers = events.any(|event| {
-            let event = table.event(&event.text);
-            id.zip(event)
-                .is_some_and(|(id, event)| table.handler(id, event).is_some())
-        });
-        let gives_up = id.is_some_and(|id| ends.contains(&id));
-        if state.end == Final::No && !answers && !gives_up {
-            let (file, place) = (&definition.file, state.name.place);
-            return Err(format!(
-                "{file}:{}:{}: state '{}' answers no event; give it a cell, final = true, or \
-                 FailJob as its last step",
-                place.line, place.column, state.name.text
-            ));
-        }
+/// Events for the success and failure of each handler.
+fn results_of(
+    handlers: &[Part],
+    event: impl Fn(&str) -> Result<EventId, String>,
+) -> Result<Vec<[Option<EventId>; 2]>, SetupError> {
+    let mut results = Vec::new();
+    for handler in handlers {
+        let id = |name: &Option<String>| name.as_deref().map(&event).transpose();
+        let both = [id(&handler.success), id(&handler.failure)];
+        let [success, failure] = both.map(|id| id.map_err(Loader::wrong));
+        results.push([success?, failure?]);
     }
-    Ok(())
-}
-
-/// Refuses an event that is never raised: its cells would have no effect.
-fn refuse_silent_events(definition: &Definition, inline: &Inline) -> Result<(), String> {
-    let mut raised: Vec<&str> = inline
-        .events
-        .iter()
-        .map(|part| part.name.as_str())
-        .collect();
-    for handler in &inline.handlers {
-        raised.extend(
-            handler
-                .success
-                .iter()
-                .chain(&handler.failure)
-                .map(String::as_str),
-        );
-    }
-    for during in definition.states.iter().filter_map(|s| s.during.as_ref()) {
-        let results = during.success.iter().chain(&during.failure);
-        raised.extend(results.map(|name| name.text.as_str()));
-    }
-    // The idle event is raised by the engine itself.
-    raised.extend(definition.idle.iter().map(|name| name.text.as_str()));
-    for event in &definition.precedence {
-        if !raised.contains(&event.text.as_str()) {
-            let (file, place) = (&definition.file, event.place);
-            return Err(format!(
-                "{file}:{}:{}: nothing raises event '{}'; give it a condition in [events], or \
-                 name it as the success or failure of a handler",
-                place.line, place.column, event.text
-            ));
-        }
-    }
-    Ok(())
+    Ok(results)
 }
