@@ -16,21 +16,20 @@
 //! A change must keep the order in `TaskProcess::decide` (statuses, `begin`, `decide`,
 //! slots, `publish`) and must not block between them: physics in lockstep waits.
 
+mod trace;
+
 use std::time::Duration;
 
 use cell_bus::{Bus, BusError, Doorbell, Gate, Publisher, Sleeper, Subscriber};
 use cell_rt::{monotonic_ns, priority::TASK_PRIORITY, signal::stop_requested};
 use cell_worker::{HealthReporter, LoopClass, RunError, Start};
 use ipc_types::topic::{Process, TopicId};
-use ipc_types::trace::{TraceEvent, TraceKind};
 use ipc_types::world::FLAG_LOCKSTEP;
-use ipc_types::{
-    ArmStatus, DECISION_TICKS, Decision, Header, MAX_ARMS, TICK_NS, TraceLine, Wire, WorldState,
-};
+use ipc_types::{ArmStatus, DECISION_TICKS, Decision, MAX_ARMS, TraceLine, Wire, WorldState};
 
 use robocell_task::output::ROOM_FOR_LINES;
 use robocell_task::starts::{Begun, Decider};
-use robocell_task::{Policies, Restored, Task, TaskError, TraceLineText};
+use robocell_task::{Policies, Task, TaskError, TraceLineText};
 
 use crate::keyframes::Keyframes;
 use crate::message_file::MessageFile;
@@ -43,14 +42,6 @@ const NUDGE: Duration = Duration::from_millis(5);
 /// not have reached this reader yet (ns).
 // Bounded: a controller that was killed before it published would stop the cell for ever.
 const DELIVERY_NS: u64 = 2_000_000_000;
-
-/// Interval of the statuses of all nodes (ticks).
-// Ten times a second: faster than people read, and 100 nodes are one line (ADR 0009).
-const STATUS_TICKS: u64 = 100;
-/// Interval of the pictures (ticks).
-// A page that connects late can draw within a second. 100 nodes cost 100 lines a second of
-// the 1024 that the topic keeps (ADR 0009).
-const PICTURE_TICKS: u64 = 1000;
 
 /// Why a task cannot run.
 #[derive(Debug, thiserror::Error)]
@@ -249,20 +240,6 @@ impl TaskProcess {
         let _sent = self.publish();
     }
 
-    fn report(&mut self, begun: &Begun, restored: Restored, tick: u64) {
-        match begun {
-            Begun::Resumed if restored == Restored::All => {
-                self.say(tick, "[task] resumed where physics resumed");
-            }
-            Begun::Resumed => self.say(tick, restored.line()),
-            Begun::Lost(error) => {
-                cell_worker::warn(format_args!("{error}"));
-                self.say(tick, "[task] started without a checkpoint");
-            }
-            Begun::Continued | Begun::Reconciled | Begun::NewScene => {}
-        }
-    }
-
     fn decide(&mut self, generation: u32, tick: u64, lockstep: bool) {
         let began_ns = monotonic_ns();
         // Before `begin`: statuses of an earlier start of physics are removed here.
@@ -302,61 +279,6 @@ impl TaskProcess {
         let outcome = f64::from(self.message.outcome);
         self.health
             .cycle(tick, began_ns, 0, [outcome, 0.0, 0.0, 0.0]);
-    }
-
-    /// Reports lost checkpoints in the health of the process, and in the trace on a change.
-    fn report_lost(&mut self, tick: u64) {
-        let lost = self.slots.lost();
-        if self.lost == lost {
-            return;
-        }
-        self.lost = lost.to_owned();
-        self.health.fault((!lost.is_empty()).then_some(lost));
-        if !self.lost.is_empty() {
-            let line = format!("[task] {}", self.lost);
-            self.say(tick, &line);
-        }
-    }
-
-    /// Adds all node statuses at 10 Hz, and the pictures once a second for new subscribers.
-    fn draw(&mut self, tick: u64) {
-        // A tick that is earlier than the last picture is a new scene.
-        if self
-            .drawn
-            .is_none_or(|drawn| tick >= drawn + PICTURE_TICKS || tick < drawn)
-        {
-            self.drawn = Some(tick);
-            self.drawn_ns = monotonic_ns();
-            self.decider.task.trace_pictures(&mut self.lines);
-        }
-        if tick.is_multiple_of(STATUS_TICKS) {
-            self.decider.task.trace_statuses(&mut self.lines);
-        }
-    }
-
-    /// Simulated time does not advance while the cell is paused; a subscriber that connects
-    /// then needs the pictures, too.
-    fn draw_while_nothing_moves(&mut self, now_ns: u64) {
-        let Some((_, tick)) = self.decider.decided() else {
-            return;
-        };
-        // Wall time, the only one that advances; the same period as with simulated time.
-        if now_ns < self.drawn_ns + PICTURE_TICKS * TICK_NS {
-            return;
-        }
-        self.drawn = None;
-        self.lines.clear();
-        self.draw(tick);
-        self.send_lines(tick);
-    }
-
-    fn send_lines(&mut self, tick: u64) {
-        // The list is taken out and put back: it keeps its memory for the next decision.
-        let lines = std::mem::take(&mut self.lines);
-        for line in &lines {
-            self.send_line(tick, line);
-        }
-        self.lines = lines;
     }
 
     /// Reads the newest status caused by an earlier tick; in lockstep that of the
@@ -411,33 +333,5 @@ impl TaskProcess {
             self.health
                 .note("a checkpoint could not be recorded: `replay --verify` skips a part");
         }
-    }
-
-    fn say(&mut self, tick: u64, text: &str) {
-        let line = TraceLineText {
-            kind: TraceKind::Lifecycle,
-            graph: 0,
-            node: 0,
-            from: 0,
-            to: 0,
-            event: TraceEvent::Restart,
-            text: ipc_types::Text::new(text),
-        };
-        self.send_line(tick, &line);
-    }
-
-    fn send_line(&mut self, tick: u64, line: &TraceLineText) {
-        let write = |message: &mut TraceLine| {
-            message.header = Header::caused_by::<TraceLine>(tick);
-            message.kind = line.kind.code();
-            message.graph = u32::try_from(line.graph).unwrap_or(u32::MAX);
-            message.node = u32::try_from(line.node).unwrap_or(u32::MAX);
-            message.from = line.from;
-            message.to = line.to;
-            message.event = line.event.code();
-            message.text = line.text;
-        };
-        // A line that was not sent leaves a gap in the sequence, which readers count.
-        let _sent = self.trace.publish(write).is_ok();
     }
 }

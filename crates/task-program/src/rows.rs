@@ -116,11 +116,17 @@ pub(crate) fn write(program: &Program, order: &Order<'_>) -> Result<Written, Row
     });
     // Removed before a warning or the result is printed.
     drop(progress);
+    let state = state.into_inner();
+    finished(state.unwrap_or_else(PoisonError::into_inner), before, all)
+}
+
+/// The result of a run over a file that had `before` of `all` rows.
+fn finished(state: State, before: u64, all: u64) -> Result<Written, RowsError> {
     let State {
         file,
         failed,
         error,
-    } = state.into_inner().unwrap_or_else(PoisonError::into_inner);
+    } = state;
     if let Some(error) = error {
         return Err(error.into());
     }

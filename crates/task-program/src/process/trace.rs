@@ -1,0 +1,117 @@
+//! The lines of the task for people: its start, lost checkpoints, pictures and statuses.
+
+use cell_rt::monotonic_ns;
+use ipc_types::trace::{TraceEvent, TraceKind};
+use ipc_types::{Header, TICK_NS, TraceLine};
+
+use robocell_task::starts::Begun;
+use robocell_task::{Restored, TraceLineText};
+
+use super::TaskProcess;
+
+/// Interval of the statuses of all nodes (ticks).
+// Ten times a second: faster than people read, and 100 nodes are one line (ADR 0009).
+const STATUS_TICKS: u64 = 100;
+/// Interval of the pictures (ticks).
+// A page that connects late can draw within a second. 100 nodes cost 100 lines a second of
+// the 1024 that the topic keeps (ADR 0009).
+const PICTURE_TICKS: u64 = 1000;
+
+impl TaskProcess {
+    pub(super) fn report(&mut self, begun: &Begun, restored: Restored, tick: u64) {
+        match begun {
+            Begun::Resumed if restored == Restored::All => {
+                self.say(tick, "[task] resumed where physics resumed");
+            }
+            Begun::Resumed => self.say(tick, restored.line()),
+            Begun::Lost(error) => {
+                cell_worker::warn(format_args!("{error}"));
+                self.say(tick, "[task] started without a checkpoint");
+            }
+            Begun::Continued | Begun::Reconciled | Begun::NewScene => {}
+        }
+    }
+
+    /// Reports lost checkpoints in the health of the process, and in the trace on a change.
+    pub(super) fn report_lost(&mut self, tick: u64) {
+        let lost = self.slots.lost();
+        if self.lost == lost {
+            return;
+        }
+        self.lost = lost.to_owned();
+        self.health.fault((!lost.is_empty()).then_some(lost));
+        if !self.lost.is_empty() {
+            let line = format!("[task] {}", self.lost);
+            self.say(tick, &line);
+        }
+    }
+
+    /// Adds all node statuses at 10 Hz, and the pictures once a second for new subscribers.
+    pub(super) fn draw(&mut self, tick: u64) {
+        // A tick that is earlier than the last picture is a new scene.
+        if self
+            .drawn
+            .is_none_or(|drawn| tick >= drawn + PICTURE_TICKS || tick < drawn)
+        {
+            self.drawn = Some(tick);
+            self.drawn_ns = monotonic_ns();
+            self.decider.task.trace_pictures(&mut self.lines);
+        }
+        if tick.is_multiple_of(STATUS_TICKS) {
+            self.decider.task.trace_statuses(&mut self.lines);
+        }
+    }
+
+    /// Simulated time does not advance while the cell is paused; a subscriber that connects
+    /// then needs the pictures, too.
+    pub(super) fn draw_while_nothing_moves(&mut self, now_ns: u64) {
+        let Some((_, tick)) = self.decider.decided() else {
+            return;
+        };
+        // Wall time, the only one that advances; the same period as with simulated time.
+        if now_ns < self.drawn_ns + PICTURE_TICKS * TICK_NS {
+            return;
+        }
+        self.drawn = None;
+        self.lines.clear();
+        self.draw(tick);
+        self.send_lines(tick);
+    }
+
+    pub(super) fn send_lines(&mut self, tick: u64) {
+        // The list is taken out and put back: it keeps its memory for the next decision.
+        let lines = std::mem::take(&mut self.lines);
+        for line in &lines {
+            self.send_line(tick, line);
+        }
+        self.lines = lines;
+    }
+
+    pub(super) fn say(&mut self, tick: u64, text: &str) {
+        let line = TraceLineText {
+            kind: TraceKind::Lifecycle,
+            graph: 0,
+            node: 0,
+            from: 0,
+            to: 0,
+            event: TraceEvent::Restart,
+            text: ipc_types::Text::new(text),
+        };
+        self.send_line(tick, &line);
+    }
+
+    fn send_line(&mut self, tick: u64, line: &TraceLineText) {
+        let write = |message: &mut TraceLine| {
+            message.header = Header::caused_by::<TraceLine>(tick);
+            message.kind = line.kind.code();
+            message.graph = u32::try_from(line.graph).unwrap_or(u32::MAX);
+            message.node = u32::try_from(line.node).unwrap_or(u32::MAX);
+            message.from = line.from;
+            message.to = line.to;
+            message.event = line.event.code();
+            message.text = line.text;
+        };
+        // A line that was not sent leaves a gap in the sequence, which readers count.
+        let _sent = self.trace.publish(write).is_ok();
+    }
+}
