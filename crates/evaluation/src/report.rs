@@ -1,70 +1,24 @@
 //! What rows say: how often a task ends done, why not, how long it takes; and whether another
 //! way is better.
 
+mod comparison;
+mod short_row;
+
 use std::collections::BTreeMap;
-use std::io::BufReader;
 use std::path::Path;
 
 use cell_model::cells::setting::Setting;
-use cell_model::user_file::{self, UserFile};
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use serde_json::Number;
 
 use crate::EvaluationError;
-use crate::row::{Key, RowOutcome};
-use crate::stats::{bootstrap, mcnemar, quantile, two_proportions, wilson};
+use crate::row::Key;
+use crate::stats::{quantile, wilson};
 
-/// What is less likely than this by chance is a difference.
-const SIGNIFICANT: f64 = 0.05;
-
-/// What a report needs of a row.
-#[derive(Clone, Debug, Deserialize)]
-struct Short {
-    demo: String,
-    policy: String,
-    seed: u64,
-    #[serde(default)]
-    variant: u32,
-    #[serde(default)]
-    set: BTreeMap<String, Number>,
-    #[serde(default)]
-    drawn: BTreeMap<String, Number>,
-    outcome: RowOutcome,
-    reason: Option<String>,
-    #[serde(default)]
-    message: Option<String>,
-    sim_time_s: f64,
-    drops: u32,
-    resyncs: u32,
-    aborts: u32,
-    limit_violations: u64,
-    state_hash: String,
-}
-
-impl Short {
-    fn key(&self) -> Key {
-        Key {
-            seed: self.seed,
-            variant: self.variant,
-        }
-    }
-
-    fn is_done(&self) -> bool {
-        self.outcome == RowOutcome::Done
-    }
-
-    /// Why it did not end done.
-    fn reason(&self) -> String {
-        let outcome = match self.outcome {
-            RowOutcome::Timeout => "timeout",
-            RowOutcome::Error => "error",
-            _ => "failed",
-        };
-        let reason = self.reason.as_ref();
-        reason.map_or_else(|| outcome.to_owned(), |why| format!("{outcome}: {why}"))
-    }
-}
+use comparison::compare;
+pub use comparison::{Comparison, Verdict};
+use short_row::{Short, read};
 
 /// Rate of a success, with the interval that holds it with 95 % (Wilson); 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
@@ -150,46 +104,6 @@ pub struct Report {
     pub limit_violations: u64,
 }
 
-/// What a comparison found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Verdict {
-    /// The second ends done more often.
-    Better,
-    /// The second ends done less often.
-    Worse,
-    /// What differs may be chance.
-    NoDifference,
-}
-
-/// A second file against the first.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct Comparison {
-    /// Episodes (seeds, with `--set` of each variant) that are in both files.
-    pub pairs: u64,
-    /// Of these, done in both.
-    pub both: u64,
-    /// Done in the first alone.
-    pub first_only: u64,
-    /// Done in the second alone.
-    pub second_only: u64,
-    /// Done in neither.
-    pub neither: u64,
-    /// Success of the second less that of the first.
-    pub difference: f64,
-    /// The interval that holds it with 95 % (bootstrap), where there are pairs.
-    pub interval: Option<(f64, f64)>,
-    /// How likely equals differ as much: `McNemar`'s exact test for pairs, without any the test
-    /// of two proportions.
-    pub p: f64,
-    /// Mean of the time of the second less that of the first (s), where both ended done.
-    pub time_difference_s: Option<f64>,
-    /// The interval that holds it with 95 % (bootstrap).
-    pub time_interval_s: Option<(f64, f64)>,
-    /// What follows for the success, at 5 %.
-    pub verdict: Verdict,
-}
-
 /// A report, and a comparison where a second file was given.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Reports {
@@ -267,37 +181,11 @@ pub fn report(first: &Path, second: Option<&Path>) -> Result<Reports, Evaluation
     })
 }
 
-fn read(path: &Path) -> Result<Vec<Short>, EvaluationError> {
-    let file = UserFile::open(path).map_err(EvaluationError::io(path))?;
-    let (mut file, mut text) = (BufReader::new(file), String::new());
-    let mut rows = Vec::new();
-    while user_file::read_line(&mut file, &mut text).map_err(EvaluationError::io(path))? > 0 {
-        let row = serde_json::from_str(&text).map_err(|error| EvaluationError::Line {
-            path: path.to_owned(),
-            line: rows.len() as u64 + 1,
-            reason: error.to_string(),
-        })?;
-        rows.push(row);
-    }
-    if rows.is_empty() {
-        return Err(EvaluationError::Line {
-            path: path.to_owned(),
-            line: 1,
-            reason: "the file is empty".to_owned(),
-        });
-    }
-    Ok(rows)
-}
-
 fn settings(numbers: &BTreeMap<String, Number>) -> impl Iterator<Item = Setting> {
     numbers.iter().map(|(key, value)| Setting {
         key: key.clone(),
         value: value.clone(),
     })
-}
-
-fn count(n: usize) -> u64 {
-    u64::try_from(n).unwrap_or(u64::MAX)
 }
 
 /// Episodes, those that ended done, and how often they did.
@@ -376,63 +264,4 @@ fn times<'a>(rows: impl Iterator<Item = &'a Short>) -> Vec<f64> {
     let mut times: Vec<f64> = done.map(|row| row.sim_time_s).collect();
     times.sort_by(f64::total_cmp);
     times
-}
-
-fn compare(first: &[Short], second: &[Short]) -> Comparison {
-    let by_key: BTreeMap<Key, &Short> = first.iter().map(|row| (row.key(), row)).collect();
-    let pairs: Vec<(&Short, &Short)> = second
-        .iter()
-        .filter_map(|row| Some((*by_key.get(&row.key())?, row)))
-        .collect();
-    let of = |one: bool, other: bool| {
-        let alike = pairs
-            .iter()
-            .filter(|(a, b)| (a.is_done(), b.is_done()) == (one, other));
-        count(alike.count())
-    };
-    let (both, first_only) = (of(true, true), of(true, false));
-    let (second_only, neither) = (of(false, true), of(false, false));
-    let all = both + first_only + second_only + neither;
-    let steps: Vec<f64> = pairs
-        .iter()
-        .map(|(a, b)| f64::from(u8::from(b.is_done())) - f64::from(u8::from(a.is_done())))
-        .collect();
-    let times: Vec<f64> = pairs
-        .iter()
-        .filter(|(a, b)| a.is_done() && b.is_done())
-        .map(|(a, b)| b.sim_time_s - a.sim_time_s)
-        .collect();
-    let counts = |rows: &[Short]| {
-        let (all, done, _) = success(rows.iter());
-        (done, all)
-    };
-    let (difference, p) = if all > 0 {
-        let difference = (second_only as f64 - first_only as f64) / all as f64;
-        (difference, mcnemar(first_only, second_only))
-    } else {
-        let (one, other) = (counts(first), counts(second));
-        let rate = |(done, all): (u64, u64)| done as f64 / all as f64;
-        (rate(other) - rate(one), two_proportions(one, other))
-    };
-    Comparison {
-        pairs: all,
-        both,
-        first_only,
-        second_only,
-        neither,
-        difference,
-        interval: bootstrap(&steps),
-        p,
-        time_difference_s: mean(&times),
-        time_interval_s: bootstrap(&times),
-        verdict: match p < SIGNIFICANT {
-            true if difference > 0.0 => Verdict::Better,
-            true => Verdict::Worse,
-            false => Verdict::NoDifference,
-        },
-    }
-}
-
-fn mean(values: &[f64]) -> Option<f64> {
-    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }

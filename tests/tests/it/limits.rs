@@ -130,7 +130,7 @@ const NOT_CAPACITIES: [&str; 38] = [
     "crates/task/src/job.rs::MOST_COUNTED",
     "crates/task/src/reason.rs::MAX_BYTES",
     "crates/task/src/time.rs::MOST_TICKS",
-    "crates/tree-import/src/document.rs::MAX_COUNTED",
+    "crates/tree-import/src/document/elements.rs::MAX_COUNTED",
     "launch/src/chaos/fault.rs::MOST_FILLED",
     "launch/src/chaos/kills.rs::MOST_TICKS_LOST",
     "launch/src/supervisor/slot/exits.rs::MAX_CRASHES",

@@ -136,20 +136,11 @@ impl<'a, H: Host> Builder<'a, H> {
         let entries = self.port_entries(at.site, json, &known);
         let mut ports = Some(Vec::new());
         for (port, value_type, default, reads, writes) in wanted {
-            let (json, place, binding) = match (get(entries, port), default) {
-                (Some(json), _) => {
-                    let binding = self.binding(at.site, json, value_type);
-                    (Some(json), json.place, binding)
-                }
-                (None, Some(json)) => {
-                    let value = match value_type {
-                        Some(value_type) => self.literal(declaring, json, value_type),
-                        None => self.any_literal(declaring, json),
-                    };
-                    (None, at.place, value.map(Binding::Literal))
-                }
-                // Ports of foreign leaves are often optional; the leaf reports a missing one.
-                (None, None) => continue,
+            let json = get(entries, port);
+            // Ports of foreign leaves are often optional; the leaf reports a missing one.
+            let Some((place, binding)) = self.given(at, declaring, (json, default), value_type)
+            else {
+                continue;
             };
             // A default of a port that is only written is a value for the leaf, not a place to
             // write to.
@@ -184,6 +175,26 @@ impl<'a, H: Host> Builder<'a, H> {
             ports: ports?,
         };
         self.provided(at, leaf)
+    }
+
+    /// The place and the value of a port: `json` in the node, else the default in the file
+    /// `declaring`. `None` where there is neither.
+    fn given(
+        &mut self,
+        at: At<'_, 'a>,
+        declaring: &'a str,
+        (json, default): (Option<&'a Json>, Option<&'a Json>),
+        value_type: Option<ValueType>,
+    ) -> Option<(Location, Option<Binding>)> {
+        if let Some(json) = json {
+            return Some((json.place, self.binding(at.site, json, value_type)));
+        }
+        let json = default?;
+        let value = match value_type {
+            Some(value_type) => self.literal(declaring, json, value_type),
+            None => self.any_literal(declaring, json),
+        };
+        Some((at.place, value.map(Binding::Literal)))
     }
 
     /// Registers the key of a port.
