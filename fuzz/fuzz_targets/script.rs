@@ -4,4 +4,4 @@
 #[path = "../../crates/fuzz-targets/tests/it/targets/mod.rs"]
 mod targets;
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| (targets::target("script").unwrap().run)(bytes));
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| (targets::messages::SCRIPT.run)(bytes));

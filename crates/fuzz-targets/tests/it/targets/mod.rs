@@ -4,11 +4,11 @@
 //! The tests run each target on its corpus and on some thousand changed files of it; the
 //! programs in `fuzz/` run them for as long as one likes (docs/fuzzing.md).
 
-mod checkpoint;
-mod files;
-mod messages;
+pub(crate) mod checkpoint;
+pub(crate) mod files;
+pub(crate) mod messages;
 pub(crate) mod mutate;
-mod recording;
+pub(crate) mod recording;
 
 /// One reader.
 #[derive(Clone, Copy)]
