@@ -35,7 +35,7 @@ pub struct JointsArgs {
     #[arg(value_name = "POSITION", required = true, num_args = 1..=16,
           allow_negative_numbers = true, value_parser = finite)]
     pub values: Vec<f64>,
-    /// Positions are in degrees
+    /// Positions of revolute joints are in degrees
     #[arg(long)]
     pub deg: bool,
     /// Return at once; without it, when the arm is at rest

@@ -36,11 +36,10 @@ pub(crate) fn joints(args: &JointsArgs) -> Result<(), Failure> {
             args.arm
         )));
     }
-    let turn = |value: &f64| if args.deg { value.to_radians() } else { *value };
-    let mut target = [0.0; MAX_JOINTS];
-    for (slot, value) in target.iter_mut().zip(&args.values) {
-        *slot = turn(value);
-    }
+    let cell = session.load_cell()?;
+    let units = cell.arms.get(args.arm as usize);
+    let units = units.map_or_else(Vec::new, |arm| arm.robot.arm_units());
+    let target = target(&args.values, &units, args.deg);
     let mut wish = request(OperatorAction::Joints);
     (wish.arm, wish.joints) = (args.arm, target);
     let asked = ask_physics(&bus, &wish)?;
@@ -59,7 +58,17 @@ pub(crate) fn joints(args: &JointsArgs) -> Result<(), Failure> {
         let is_paused = state.flags & FLAG_PAUSED != 0;
         (settled || is_paused).then_some((*state, is_paused))
     })?;
-    report(&state, args.arm, &target, is_paused)
+    report(&state, args.arm, &target, &units, is_paused)
+}
+
+/// The positions of the command line in rad and m.
+fn target(values: &[f64], units: &[&str], in_degrees: bool) -> [f64; MAX_JOINTS] {
+    let mut target = [0.0; MAX_JOINTS];
+    for ((slot, value), unit) in target.iter_mut().zip(values).zip(units) {
+        let turns = in_degrees && *unit == "rad";
+        *slot = if turns { value.to_radians() } else { *value };
+    }
+    target
 }
 
 fn rests(arm: &ArmState) -> bool {
@@ -70,6 +79,7 @@ fn report(
     state: &WorldState,
     arm: u32,
     target: &[f64; MAX_JOINTS],
+    units: &[&'static str],
     is_paused: bool,
 ) -> Result<(), Failure> {
     let time_s = state.header.sim_time_ns as f64 * 1.0e-9;
@@ -79,20 +89,46 @@ fn report(
         ));
         return Ok(());
     }
-    let count = state.arms().get(arm as usize).map_or(0, |a| a.joint_count) as usize;
     let measured = state.arms().get(arm as usize).map(|a| a.joint_positions);
-    let errors = measured.into_iter().flatten().zip(target).take(count);
-    let error = errors
-        .map(|(is, wanted)| (is - wanted).abs())
-        .fold(0.0, f64::max);
+    let measured = measured.unwrap_or(*target);
+    let (error, unit) = largest_error(&measured, target, units);
     if error < NEAR {
         say::line(format_args!(
-            "joint target reached at {time_s:.3} s, at most {error:.4} rad away"
+            "joint target reached at {time_s:.3} s, at most {error:.4} {unit} away"
         ));
         return Ok(());
     }
     Err(Failure::configuration(format!(
-        "not reachable: the arm came to rest {error:.4} rad away from the joint target at \
+        "not reachable: the arm came to rest {error:.4} {unit} away from the joint target at \
          {time_s:.3} s"
     )))
+}
+
+/// The largest error of a joint, with its unit.
+fn largest_error(
+    measured: &[f64; MAX_JOINTS],
+    target: &[f64; MAX_JOINTS],
+    units: &[&'static str],
+) -> (f64, &'static str) {
+    let pairs = measured.iter().zip(target).zip(units);
+    let errors = pairs.map(|((is, wanted), unit)| ((is - wanted).abs(), *unit));
+    errors.fold((0.0, "rad"), |largest, error| {
+        if error.0 > largest.0 { error } else { largest }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_prismatic_joint_has_metres_in_degrees_and_errors() {
+        let units = ["m", "rad"];
+        let wanted = target(&[0.4, 180.0], &units, true);
+        assert_eq!(wanted[..2], [0.4, std::f64::consts::PI]);
+        let mut measured = wanted;
+        measured[0] += 0.25;
+        measured[1] -= 0.125;
+        assert_eq!(largest_error(&measured, &wanted, &units), (0.25, "m"));
+    }
 }

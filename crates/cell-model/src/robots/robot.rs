@@ -113,6 +113,18 @@ impl Robot {
             .collect()
     }
 
+    /// Units of the positions of the controlled joints in order: `rad` or `m`.
+    pub fn arm_units(&self) -> Vec<&'static str> {
+        let joints = self.chain.joints();
+        let arm = self.arm_joints.iter();
+        arm.filter_map(|&index| joints.get(index))
+            .map(|joint| match joint.kind {
+                JointKind::Revolute => "rad",
+                JointKind::Prismatic => "m",
+            })
+            .collect()
+    }
+
     /// Specifications of the controlled joints in order.
     pub fn arm_specs(&self) -> impl Iterator<Item = &JointSpec> {
         self.arm_joints

@@ -16,6 +16,8 @@ pub(crate) struct Names {
     suction: Vec<bool>,
     /// By arm: it has a gripper with fingers.
     fingers: Vec<bool>,
+    /// By arm: units of the positions of its joints.
+    units: Vec<String>,
 }
 
 impl Names {
@@ -38,6 +40,11 @@ impl Names {
                 .iter()
                 .map(|arm| arm.robot.suction.is_some())
                 .collect(),
+            units: cell
+                .arms
+                .iter()
+                .map(|arm| units(&arm.robot.arm_units()))
+                .collect(),
         }
     }
 
@@ -58,6 +65,11 @@ impl Names {
     pub(super) fn has_no_gripper(&self, arm: usize) -> bool {
         let has = |list: &[bool]| list.get(arm).copied() != Some(false);
         !has(&self.suction) && !has(&self.fingers)
+    }
+
+    /// The units of the positions of that arm's joints.
+    pub(super) fn units(&self, arm: usize) -> &str {
+        self.units.get(arm).map_or("rad", String::as_str)
     }
 
     /// State of the equipment, one device per line; nothing where there is none.
@@ -112,6 +124,12 @@ impl Names {
     }
 }
 
+/// Each unit once.
+fn units(of: &[&str]) -> String {
+    let used = ["rad", "m"].into_iter().filter(|unit| of.contains(unit));
+    used.collect::<Vec<_>>().join(",")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -158,5 +176,12 @@ mod tests {
             text.contains("1 refused, the last as none is left"),
             "{text}"
         );
+    }
+
+    #[test]
+    fn an_arm_shows_the_units_of_its_joints() {
+        assert_eq!(names("franka-stack").units(0), "rad");
+        assert_eq!(units(&["m", "rad", "rad"]), "rad,m");
+        assert_eq!(units(&["m"]), "m");
     }
 }

@@ -101,7 +101,11 @@ fn arm_lines(index: usize, arm: &ArmState, names: &Names) -> [String; 4] {
     };
     let [x, y, z] = arm.tcp.position;
     [
-        format!("{index} joints rad  {}", list(&arm.joint_positions)),
+        format!(
+            "{:<14}{}",
+            format!("{index} joints {}", names.units(index)),
+            list(&arm.joint_positions)
+        ),
         format!("  efforts     {}", list(&arm.joint_efforts)),
         format!(
             "  tcp {x:.3} {y:.3} {z:.3} m, limit violations {}",
