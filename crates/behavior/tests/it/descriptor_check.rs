@@ -93,15 +93,21 @@ fn memory_that_does_not_fit_the_children_is_found() {
 
 #[test]
 fn times_that_cannot_be_met_are_found() {
+    let limited = |seconds: f64| {
+        format!(
+            r#""type": "MoveTo", "ports": {{"target": [0, 0, 0]}},
+            "modifiers": [{{"type": "Timeout", "ports": {{"seconds": {seconds}}}}}]"#
+        )
+    };
     let outer =
         r#""type": "Sequence", "modifiers": [{"type": "Timeout", "ports": {"seconds": 2}}]"#;
-    let inner = r#""type": "MoveTo", "ports": {"target": [0, 0, 0]},
-        "modifiers": [{"type": "Timeout", "ports": {"seconds": 2}}]"#;
     let long = r#""type": "Wait", "ports": {"seconds": 3}"#;
     assert_eq!(
-        findings(&composite(outer, &[inner, long, WAIT]), ""),
+        findings(&composite(outer, &[&limited(2.5), long, WAIT]), ""),
         "timeout_longer a\nalways_times_out b\n"
     );
+    // The inner one of two equal timeouts runs out first.
+    assert_eq!(findings(&composite(outer, &[&limited(2.0), WAIT]), ""), "");
 }
 
 #[test]

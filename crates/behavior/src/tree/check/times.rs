@@ -50,9 +50,9 @@ fn limit<H: Host>(
     findings: &mut Vec<Finding>,
 ) {
     if let Some(outer) = shortest(around)
-        // Equal is too long as well: it ends in the same tick as the outer one at best, and
-        // changes nothing.
-        && seconds >= outer.seconds
+        // Of equal ones the inner one runs out first: children are ticked before the limit of
+        // their parent is checked.
+        && seconds > outer.seconds
     {
         findings.push(Finding {
             rule: "timeout_longer",
