@@ -77,7 +77,9 @@ pub(crate) fn read(
         bytes: 0,
         errors: Errors::default(),
     };
-    let main = reader.file(file, "", text);
+    // Included files may include it, by a path from its folder.
+    let path = Path::new(file).file_name().unwrap_or_default();
+    let main = reader.file(file, Path::new(path), text);
     reader.choose_main(file, main, tree);
     reader.errors.or(reader.project)
 }
@@ -100,11 +102,11 @@ struct Main {
 }
 
 impl Reader<'_> {
-    /// `path` is empty for the first file.
-    fn file(&mut self, name: &str, path: &str, text: &str) -> Option<Main> {
+    /// `path` is from the folder of the first file.
+    fn file(&mut self, name: &str, path: &Path, text: &str) -> Option<Main> {
         // Noted before it is read, so that included files that include each other are read
         // once.
-        self.read.push(PathBuf::from(path));
+        self.read.push(path.to_owned());
         // The sum of all files is limited, not each one.
         self.bytes += text.len();
         if self.bytes > MAX_BYTES {
@@ -195,7 +197,7 @@ impl Reader<'_> {
         }
     }
 
-    fn included(&mut self, from: &str, element: &Element, trees: &mut Vec<String>) {
+    fn included(&mut self, from: &Path, element: &Element, trees: &mut Vec<String>) {
         let (file, place) = (&element.file, element.place);
         let Some(written) = element.get("path") else {
             let message = "<include> needs path=\"FILE.xml\"";
@@ -210,7 +212,7 @@ impl Reader<'_> {
             return self.errors.push(file, place, message);
         }
         // Paths are relative to the file that includes, as in BehaviorTree.CPP.
-        let folder = Path::new(from).parent().unwrap_or(Path::new(""));
+        let folder = from.parent().unwrap_or(Path::new(""));
         let path = plain(&folder.join(written));
         // A file that several others include is read once.
         if self.read.contains(&path) {
@@ -225,7 +227,7 @@ impl Reader<'_> {
             let message = format!("the file '{name}' cannot be read");
             return self.errors.push(file, place, message);
         };
-        if let Some(main) = self.file(&name, &name, &text) {
+        if let Some(main) = self.file(&name, &path, &text) {
             trees.extend(main.trees);
         }
     }

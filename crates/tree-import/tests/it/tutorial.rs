@@ -135,7 +135,7 @@ fn the_outermost_blackboard() {
 fn included_files_and_models() {
     let main = r#"<root BTCPP_format="4" main_tree_to_execute="Main"><include path="./lib/a.xml"/>
         <BehaviorTree ID="Main"><SubTree ID="Inner" speed="2"/></BehaviorTree></root>"#;
-    let inner = r#"<root BTCPP_format="4"><include path="../main.xml"/><BehaviorTree ID="Inner">
+    let inner = r#"<root BTCPP_format="4"><include path="../other.xml"/><BehaviorTree ID="Inner">
         <Action ID="Drive" speed="{speed}"/></BehaviorTree><TreeNodesModel><Action ID="Drive">
         <input_port name="speed" type="double"/><input_port name="gear" type="int" default="1"/>
         <output_port name="done" type="bool"/></Action></TreeNodesModel></root>"#;
@@ -145,10 +145,10 @@ fn included_files_and_models() {
     };
     let errors = tree_import::import("main.xml", main, &include, None, None).unwrap_err();
     assert!(
-        errors.to_string().contains("'main.xml' cannot be read"),
+        errors.to_string().contains("'other.xml' cannot be read"),
         "{errors}"
     );
-    let inner = inner.replace("<include path=\"../main.xml\"/>", "");
+    let inner = inner.replace("<include path=\"../other.xml\"/>", "");
     let include = |name: &str| (name == "lib/a.xml").then(|| inner.clone());
     let imported = tree_import::import("main.xml", main, &include, None, None).unwrap();
     let ports = &imported.leaves[0].ports;
@@ -166,4 +166,25 @@ fn included_files_and_models() {
         "{}",
         imported.json
     );
+}
+
+#[test]
+fn a_file_that_includes_itself_is_read_once() {
+    let inner = r#"<root BTCPP_format="4"><include path="../main.xml"/><BehaviorTree ID="Inner">
+         <AlwaysSuccess/></BehaviorTree></root>"#;
+    for name in ["main.xml", "trees/main.xml", "./main.xml"] {
+        for path in ["main.xml", "./main.xml", "lib/a.xml"] {
+            let main = format!(
+                "<root BTCPP_format=\"4\" main_tree_to_execute=\"Main\"><include path=\"{path}\"/>\
+                 <BehaviorTree ID=\"Main\"><AlwaysSuccess/></BehaviorTree></root>"
+            );
+            let include = |name: &str| match name {
+                "main.xml" => Some(main.clone()),
+                "lib/a.xml" => Some(inner.to_owned()),
+                _ => None,
+            };
+            let imported = tree_import::import(name, &main, &include, None, None);
+            assert!(imported.is_ok(), "{name}, {path}: {:?}", imported.err());
+        }
+    }
 }
