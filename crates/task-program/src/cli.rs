@@ -64,7 +64,7 @@ enum Command {
     },
     /// Print the JSON Schema of a kind of file.
     Schema {
-        /// tree, machine or cell; eval, verify or check for their JSON output.
+        /// tree, machine or cell; eval, bisect, verify or check for their JSON output.
         what: String,
     },
     /// Compute a recorded run again and compare it bit for bit.
@@ -389,6 +389,25 @@ pub(crate) fn print_json(value: &impl serde::Serialize) {
         Ok(line) => say(format_args!("{line}")),
         Err(error) => {
             writeln!(std::io::stderr(), "the summary cannot be written: {error}").ok();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn the_help_of_schema_names_all_outputs() {
+        let command = Cli::command();
+        let schema = command.find_subcommand("schema").unwrap();
+        let what = schema.get_arguments().find(|arg| arg.get_id() == "what");
+        let help = what.and_then(|arg| arg.get_help()).unwrap().to_string();
+        for output in ["eval", "bisect", "verify", "check"] {
+            assert!(output_schema(output).is_some(), "{output}");
+            assert!(help.contains(output), "{output} in {help}");
         }
     }
 }
