@@ -172,6 +172,23 @@ fn a_default_namespace_is_that_of_the_urdf() {
 }
 
 #[test]
+fn an_undeclared_prefix_is_declared_at_the_robot_and_not_in_a_comment() {
+    for before in [
+        "",
+        "<!-- of <robot name='y'> -->",
+        "<?note <robot?>",
+        "<?xml version='1.0'?>\n<!-- <robot> --><!-- <robot --> ",
+    ] {
+        let text = format!(
+            "{before}<robot name='x'>{LINKS}{}<sensor:camera/><other:thing/></robot>",
+            joint(LIMIT)
+        );
+        let robot = urdf::parse("good.urdf", &text).unwrap();
+        assert_eq!(robot.chain.joints().len(), 1, "{before}");
+    }
+}
+
+#[test]
 fn garbage_and_bombs_are_one_error() {
     let nested = format!(
         "<robot>{}{}</robot>",

@@ -28,9 +28,30 @@ pub(super) fn declare_prefixes(text: &str) -> String {
         let Err(roxmltree::Error::UnknownNamespace(prefix, _)) = Document::parse(&text) else {
             break;
         };
-        text = text.replacen("<robot", &format!("<robot xmlns:{prefix}=\"{prefix}\""), 1);
+        let Some(at) = root_name(&text).filter(|at| text[*at..].starts_with("robot")) else {
+            break;
+        };
+        text.insert_str(at + "robot".len(), &format!(" xmlns:{prefix}=\"{prefix}\""));
     }
     text
+}
+
+/// Where the name of the outermost element starts: after comments and instructions, whose
+/// text may look like an element.
+fn root_name(text: &str) -> Option<usize> {
+    let mut at = 0;
+    loop {
+        at += text[at..].find('<')?;
+        let rest = &text[at..];
+        let end = if rest.starts_with("<!--") {
+            "-->"
+        } else if rest.starts_with("<?") {
+            "?>"
+        } else {
+            return Some(at + 1);
+        };
+        at += rest.find(end)? + end.len();
+    }
 }
 
 /// Elements of the URDF itself: those in the namespace of `owner`, which most files leave out.
