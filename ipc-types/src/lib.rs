@@ -63,9 +63,6 @@ pub const TICK_NS: u64 = 1_000_000;
 /// The task decides on every tick that is a multiple of this (100 Hz).
 // Goals are absolute, and the motion between two decisions is the controller's.
 pub const DECISION_TICKS: u64 = 10;
-/// Shortest interval at which physics saves its state for a successor (ticks); the task keeps a
-/// checkpoint as of that state.
-pub const RESUME_TICKS: u64 = 100;
 /// Ticks physics may run ahead of the recorder in lockstep: less than any tap holds.
 // The tap of states is the tightest: 160 objects are 20 of its 1,024 pieces per tenth tick.
 pub const RECORDER_LAG_TICKS: u64 = 150;
