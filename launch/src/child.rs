@@ -40,13 +40,12 @@ pub(crate) const ENV_CACHE_DIR: &str = "ROBOCELL_CACHE_DIR";
 /// Where `assets fetch` keeps what it fetched: the rule of that program, told to
 /// processes that know nothing of our environment.
 pub(crate) fn cache_dir() -> Option<PathBuf> {
-    let set = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
-    if let Some(dir) = set(ENV_CACHE_DIR) {
-        return Some(PathBuf::from(dir));
-    }
-    let xdg = set("XDG_CACHE_HOME").map(PathBuf::from);
-    let base = xdg.or_else(|| Some(PathBuf::from(set("HOME")?).join(".cache")))?;
-    base.is_absolute().then(|| base.join("robocell"))
+    cell_rt::user_dir(
+        |name| std::env::var_os(name),
+        ENV_CACHE_DIR,
+        "XDG_CACHE_HOME",
+        ".cache",
+    )
 }
 
 /// How long a killed process may take to end.

@@ -41,14 +41,10 @@ pub(crate) fn incidents(cell: &str, dir: &RunDir) -> PathBuf {
 /// On disk where the user keeps such things. With another run directory, or without a
 /// home, there is none: the run directory, which is in memory, is used.
 fn state_dir() -> Option<PathBuf> {
-    let set = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
-    if let Some(state) = set(ENV_STATE_DIR) {
-        return Some(PathBuf::from(state));
-    }
-    if set(ENV_RUN_DIR).is_some() {
+    let get = |name: &str| std::env::var_os(name);
+    let is_set = |name: &str| get(name).is_some_and(|value| !value.is_empty());
+    if !is_set(ENV_STATE_DIR) && is_set(ENV_RUN_DIR) {
         return None;
     }
-    let xdg = set("XDG_STATE_HOME").map(PathBuf::from);
-    let base = xdg.or_else(|| Some(PathBuf::from(set("HOME")?).join(".local/state")))?;
-    base.is_absolute().then(|| base.join("robocell"))
+    cell_rt::user_dir(get, ENV_STATE_DIR, "XDG_STATE_HOME", ".local/state")
 }

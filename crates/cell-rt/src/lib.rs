@@ -27,6 +27,7 @@ pub mod shared;
 pub mod signal;
 pub mod slot;
 pub mod stdout;
+pub mod user_dir;
 
 pub use black_box::{BlackBox, BoxedCycle};
 pub use clock::{monotonic_ns, sleep_until};
@@ -36,3 +37,4 @@ pub use periodic::{Grid, Wake};
 pub use readable::is_readable;
 pub use record_file::RecordFile;
 pub use slot::SlotFile;
+pub use user_dir::user_dir;
