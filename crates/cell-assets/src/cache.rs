@@ -3,6 +3,8 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
+use cell_rt::process::is_alive;
+
 use crate::{AssetError, Manifest};
 
 /// Folder of the cache: `ROBOCELL_CACHE_DIR`, else `robocell` in
@@ -12,12 +14,7 @@ pub fn cache_dir() -> Option<PathBuf> {
 }
 
 fn place(variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
-    let set = |name| variable(name).filter(|v| !v.is_empty()).map(PathBuf::from);
-    // The base directory specification: a relative path there is to be ignored.
-    let shared = || set("XDG_CACHE_HOME").filter(|dir| dir.is_absolute());
-    set("ROBOCELL_CACHE_DIR")
-        .or_else(|| Some(shared()?.join("robocell")))
-        .or_else(|| Some(set("HOME")?.join(".cache").join("robocell")))
+    cell_rt::user_dir(variable, "ROBOCELL_CACHE_DIR", "XDG_CACHE_HOME", ".cache")
 }
 
 /// The folder with `ROBOT/LINK.glb`, when a whole set of meshes is there.
@@ -30,6 +27,27 @@ pub fn meshes_dir() -> Option<PathBuf> {
 /// The folder of the meshes in a cache.
 pub fn meshes_in(cache: &Path) -> PathBuf {
     cache.join("meshes")
+}
+
+/// Start of the name of a draft; the number of its process follows.
+const DRAFT: &str = ".meshes-";
+
+/// Removes the drafts of processes that were killed: each may have the size of all meshes.
+fn remove_abandoned(cache: &Path) {
+    for entry in std::fs::read_dir(cache).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let pid = name.to_str().and_then(|name| name.strip_prefix(DRAFT));
+        let pid = pid.and_then(|pid| pid.parse().ok());
+        if pid.is_some_and(|pid| !is_alive(pid)) {
+            let (meshes, old) = (meshes_in(cache), entry.path().join("old"));
+            // Killed while it put its set in place of this one.
+            if !meshes.exists() {
+                std::fs::rename(old, meshes).unwrap_or_default();
+            }
+            // Left over, it only takes space.
+            std::fs::remove_dir_all(entry.path()).unwrap_or_default();
+        }
+    }
 }
 
 /// A folder in the making. It is removed again unless it is published.
@@ -46,7 +64,8 @@ impl Draft {
     ///
     /// When the folder cannot be made.
     pub fn new(cache: &Path) -> Result<Self, AssetError> {
-        let dir = cache.join(format!(".meshes-{}", std::process::id()));
+        remove_abandoned(cache);
+        let dir = cache.join(format!("{DRAFT}{}", std::process::id()));
         if dir.exists() {
             // A process of that number died here.
             std::fs::remove_dir_all(&dir).map_err(AssetError::file("removing", &dir))?;
@@ -145,6 +164,25 @@ mod tests {
             assert_eq!(std::fs::read_to_string(meshes.join(file)).unwrap(), text);
         }
         assert_eq!(std::fs::read_dir(cache.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn drafts_of_processes_that_ended_are_removed() {
+        let cache = tempfile::tempdir().unwrap();
+        // No process has a number above the limit of the kernel, 2^22.
+        let killed = cache.path().join(".meshes-4194305");
+        let parent = std::os::unix::process::parent_id();
+        let running = cache.path().join(format!(".meshes-{parent}"));
+        let other = cache.path().join(".meshes-of-mine");
+        for dir in [&killed, &running, &other] {
+            std::fs::create_dir_all(dir.join("new/panda")).unwrap();
+        }
+        // It was killed while it replaced a set.
+        std::fs::create_dir(killed.join("old")).unwrap();
+        drop(Draft::new(cache.path()).unwrap());
+        assert!(meshes_in(cache.path()).exists());
+        assert!(!killed.exists());
+        assert!(running.exists() && other.exists());
     }
 
     #[test]
