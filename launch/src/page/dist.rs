@@ -2,6 +2,7 @@
 //! changed, if Node.js is there; elsewhere it is part of the monitor.
 
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, SystemTime};
@@ -61,6 +62,7 @@ fn build(ui: &Path) -> Result<(), String> {
         return Ok(());
     }
     let _lock = take_turn(ui)?;
+    put_back(ui);
     // Another process may just have built it.
     if !is_stale(ui) {
         return Ok(());
@@ -89,10 +91,30 @@ fn build(ui: &Path) -> Result<(), String> {
             "--emptyOutDir",
         ],
     )?;
-    // Put in place at once, so that half a page is never served.
-    let (new, dist) = (ui.join("dist.new"), ui.join("dist"));
-    fs::remove_dir_all(&dist).ok();
-    fs::rename(&new, &dist).map_err(|error| format!("cannot put the built page in place: {error}."))
+    put_in_place(ui).map_err(|error| format!("cannot put the built page in place: {error}."))
+}
+
+/// Puts `dist.new` in the place of `dist`, so that half a page is never served. The old page
+/// is kept as `dist.old` until the new one is there.
+fn put_in_place(ui: &Path) -> io::Result<()> {
+    let (new, dist, old) = (ui.join("dist.new"), ui.join("dist"), ui.join("dist.old"));
+    fs::metadata(&new)?;
+    if dist.exists() {
+        fs::remove_dir_all(&old).ok();
+        fs::rename(&dist, &old)?;
+    }
+    let renamed = fs::rename(&new, &dist);
+    put_back(ui);
+    renamed
+}
+
+/// Puts the old page back if there is no other: its replacement failed or was killed.
+fn put_back(ui: &Path) {
+    let (dist, old) = (ui.join("dist"), ui.join("dist.old"));
+    if !dist.exists() {
+        fs::rename(&old, &dist).ok();
+    }
+    fs::remove_dir_all(&old).ok();
 }
 
 /// Builds the page alone, however many cells start at once.
@@ -190,6 +212,33 @@ mod tests {
         assert!(!is_stale(&ui));
         write("src/deep/main.ts", 3);
         assert!(is_stale(&ui));
+        fs::remove_dir_all(ui).unwrap();
+    }
+
+    #[test]
+    fn the_old_page_is_there_until_the_new_one_is() {
+        let ui = std::env::temp_dir().join(format!("robocell-ui-old-{}", std::process::id()));
+        fs::remove_dir_all(&ui).ok();
+        let make = |dir: &str, text: &str| {
+            fs::create_dir_all(ui.join(dir)).unwrap();
+            fs::write(ui.join(dir).join("index.html"), text).unwrap();
+        };
+        let served = || fs::read_to_string(ui.join("dist/index.html")).unwrap_or_default();
+        make("dist.new", "first");
+        put_in_place(&ui).unwrap();
+        assert_eq!(served(), "first");
+        make("dist.new", "second");
+        put_in_place(&ui).unwrap();
+        assert_eq!(served(), "second");
+        // No new page: the one of before stays.
+        put_in_place(&ui).unwrap_err();
+        assert_eq!(served(), "second");
+        // Killed between the two renames.
+        fs::rename(ui.join("dist"), ui.join("dist.old")).unwrap();
+        put_back(&ui);
+        assert_eq!(served(), "second");
+        let left: Vec<_> = fs::read_dir(&ui).unwrap().collect();
+        assert_eq!(left.len(), 1, "{left:?}");
         fs::remove_dir_all(ui).unwrap();
     }
 }
