@@ -47,6 +47,7 @@ mod running;
 mod same_sentence;
 mod scripts;
 mod series;
+mod source;
 mod stacking;
 mod supervision;
 mod talk;
