@@ -1,7 +1,19 @@
 //! Lines and columns of byte offsets, from an index that is built once: a search from the
 //! start of the text for each value takes quadratic time in a large file.
 
-use crate::descriptor::json::Location;
+/// A place in a text.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Location {
+    /// Line, the first is 1.
+    pub line: u32,
+    /// Column in characters, the first is 1.
+    pub column: u32,
+}
+
+impl Location {
+    /// The start of a text.
+    pub const START: Self = Self { line: 1, column: 1 };
+}
 
 /// Columns beyond so many bytes count bytes instead of characters: counting
 /// takes quadratic time in a file with one line.

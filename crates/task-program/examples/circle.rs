@@ -8,7 +8,7 @@ use robocell_task::{ArmIntent, Job, Observation, Outcome, Output, Policies, Poli
 struct Circle;
 
 impl Policy for Circle {
-    /// The target follows from the time: there is no state to remember.
+    /// Where the tool shall be follows from the time: nothing to remember.
     type Memory = ();
 
     fn decide(&self, (): &mut (), cell: &Observation<'_>, _: &mut Job, out: &mut Output) {
@@ -20,7 +20,6 @@ impl Policy for Circle {
         };
         // The same key at every tick: one goal whose target moves.
         out.arm(0, ArmIntent::pose(1, target));
-        // The job ends after two turns; the arm holds from then on.
         if turns >= 2.0 {
             out.outcome = Outcome::Done;
         }

@@ -11,7 +11,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Number;
 
-use crate::cli::{print_json, say};
+use crate::output::{print_json, say};
 use crate::progress::Progress;
 use crate::warned::Warned;
 

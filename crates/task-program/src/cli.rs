@@ -25,10 +25,10 @@ use crate::around;
 use crate::bisect::Found;
 use crate::checked::Checked;
 use crate::evaluate::{self, EvalArgs};
+use crate::failure::CliError;
 use crate::inspect::{self, InspectError, Kind};
+use crate::output::{counted, print_json, say};
 use crate::progress::Progress;
-use crate::recordings::RecordingError;
-use crate::rows::RowsError;
 
 /// A task that failed or timed out; a recording that differs.
 // Apart from 2, with which the parser of the command line ends.
@@ -124,48 +124,11 @@ enum BehaviourVerb {
     },
 }
 
-/// Prints a line; [`main`] reports output that was not written.
-pub(crate) fn say(line: std::fmt::Arguments<'_>) {
-    stdout::line(line);
-}
-
 fn kind(word: &str) -> Result<Kind, String> {
     match word {
         "bt" => Ok(Kind::Tree),
         "fsm" => Ok(Kind::Machine),
         _ => Err("there are bt and fsm".to_owned()),
-    }
-}
-
-/// Why a subcommand fails.
-#[derive(Debug, thiserror::Error)]
-pub(crate) enum CliError {
-    /// A run, or many.
-    #[error(transparent)]
-    Sim(#[from] SimError),
-    /// A behaviour.
-    #[error(transparent)]
-    Inspect(#[from] InspectError),
-    /// Rows of many runs.
-    #[error(transparent)]
-    Rows(#[from] RowsError),
-    /// Recordings of failed runs.
-    #[error(transparent)]
-    Recordings(#[from] RecordingError),
-    /// The files of a robot, which the launcher passes on.
-    #[error("--robot: {0}")]
-    Robot(#[from] serde_json::Error),
-}
-
-impl From<cell_model::runs::spec::RunSpecError> for CliError {
-    fn from(error: cell_model::runs::spec::RunSpecError) -> Self {
-        Self::Sim(error.into())
-    }
-}
-
-impl From<cell_model::ModelError> for CliError {
-    fn from(error: cell_model::ModelError) -> Self {
-        Self::Sim(error.into())
     }
 }
 
@@ -328,14 +291,6 @@ fn check(program: &Program, kind: Kind, file: &Path, json: bool) -> Result<ExitC
     Ok(ExitCode::SUCCESS)
 }
 
-/// A count with its word.
-pub(crate) fn counted(count: u64, word: &str) -> String {
-    match count {
-        1 => format!("1 {word}"),
-        _ => format!("{count} {word}s"),
-    }
-}
-
 /// The task program of a recorded run, where it is not the built-in one. `None` for a
 /// recording that cannot be read: its verification reports why.
 fn recorded_program(file: &Path) -> Option<PathBuf> {
@@ -381,15 +336,6 @@ fn output_schema(what: &str) -> Option<serde_json::Value> {
         "verify" => Some(schema::<Verified<'_>>()),
         "check" => Some(schema::<Checked>()),
         _ => None,
-    }
-}
-
-pub(crate) fn print_json(value: &impl serde::Serialize) {
-    match serde_json::to_string(value) {
-        Ok(line) => say(format_args!("{line}")),
-        Err(error) => {
-            writeln!(std::io::stderr(), "the summary cannot be written: {error}").ok();
-        }
     }
 }
 

@@ -18,8 +18,9 @@ use evaluation::shard::Shard;
 use robocell_task::Task;
 
 use crate::bisect::{self, Search};
-use crate::cli::{CliError, counted, print_json, say};
+use crate::failure::CliError;
 use crate::inspect;
+use crate::output::{counted, print_json, say};
 use crate::progress::Progress;
 use crate::recordings::Recordings;
 use crate::rows::{self, Order, RowsError};

@@ -24,10 +24,8 @@ const DIALECT: [&str; 11] = [
     "begins",
 ];
 /// Packages that still have circles of files.
-const WITH_CIRCLES: [&str; 7] = [
-    "crates/behavior",
+const WITH_CIRCLES: [&str; 5] = [
     "crates/skills",
-    "crates/task-program",
     "crates/tree-import",
     "launch",
     "physics-proc",

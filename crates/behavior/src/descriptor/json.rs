@@ -12,6 +12,7 @@ use jsonc_parser::{CollectOptions, ParseOptions, parse_to_ast};
 
 use super::error::Errors;
 use crate::lines::Lines;
+pub use crate::lines::Location;
 
 /// Largest size of a file (bytes).
 // A file that is not meant, such as a mesh, is not read into memory as a tree.
@@ -19,20 +20,6 @@ pub const MAX_BYTES: usize = 4 << 20;
 /// Largest nesting of objects and lists.
 // Bounds the recursion of the reader; two levels for each node within a node.
 pub const MAX_DEPTH: usize = 128;
-
-/// A place in a text.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Location {
-    /// Line, the first is 1.
-    pub line: u32,
-    /// Column in characters, the first is 1.
-    pub column: u32,
-}
-
-impl Location {
-    /// The start of a text.
-    pub const START: Self = Self { line: 1, column: 1 };
-}
 
 /// A value and its place.
 #[derive(Clone, Debug, PartialEq)]

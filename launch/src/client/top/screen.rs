@@ -97,7 +97,8 @@ fn arm_lines(index: usize, arm: &ArmState, names: &Names) -> [String; 4] {
     };
     let list = |values: &[f64]| {
         let values = values.iter().take(count);
-        values.map(|v| format!("{v:>8.3}")).collect::<String>()
+        let texts: Vec<_> = values.map(|v| format!("{v:>8.3}")).collect();
+        texts.concat()
     };
     let [x, y, z] = arm.tcp.position;
     [
