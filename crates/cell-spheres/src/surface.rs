@@ -38,12 +38,22 @@ impl Surface {
             .sum()
     }
 
-    /// Points on the triangles, so that none of the surface is farther from one than
+    /// Points on the triangles, so that none of the surface is farther from one than twice
     /// `spacing` (m); one for each cell of that size.
     pub(crate) fn samples(&self, spacing: f64) -> Vec<Point3<f64>> {
         let mut seen = std::collections::BTreeSet::new();
-        let mut samples = Vec::new();
-        for [a, b, c] in self.corners() {
+        let is_new = |point: &Point3<f64>| {
+            #[expect(clippy::cast_possible_truncation, reason = "saturates, by intent")]
+            let cell = [point.x, point.y, point.z].map(|x| (x / spacing).floor() as i64);
+            seen.insert(cell)
+        };
+        self.grid(spacing).filter(is_new).collect()
+    }
+
+    /// Corners of triangles whose sides are at most half of `spacing` long (m), and which make
+    /// up the surface.
+    pub(crate) fn grid(&self, spacing: f64) -> impl Iterator<Item = Point3<f64>> {
+        self.corners().flat_map(move |[a, b, c]| {
             let longest = (b - a).norm().max((c - a).norm()).max((c - b).norm());
             #[expect(
                 clippy::cast_possible_truncation,
@@ -51,21 +61,11 @@ impl Surface {
                 reason = "saturates, and is small for finite meshes"
             )]
             let steps = ((2.0 * longest / spacing).ceil() as u32).clamp(1, 2_000);
-            for i in 0..=steps {
-                for j in 0..=steps - i {
-                    let (u, v) = (
-                        f64::from(i) / f64::from(steps),
-                        f64::from(j) / f64::from(steps),
-                    );
-                    let point = a + (b - a) * u + (c - a) * v;
-                    #[expect(clippy::cast_possible_truncation, reason = "saturates, by intent")]
-                    let cell = [point.x, point.y, point.z].map(|x| (x / spacing).floor() as i64);
-                    if seen.insert(cell) {
-                        samples.push(point);
-                    }
-                }
-            }
-        }
-        samples
+            let part = move |count: u32| f64::from(count) / f64::from(steps);
+            (0..=steps).flat_map(move |i| {
+                let across = move |j| a + (b - a) * part(i) + (c - a) * part(j);
+                (0..=steps - i).map(across)
+            })
+        })
     }
 }
