@@ -12,8 +12,9 @@ use crate::engine::objects::Fixtures;
 use crate::engine::shapes::overlap;
 use crate::engine::spawn::RESTING_M;
 
-/// Fixtures that some link starts inside of.
-const ENTERED: Group = Group::GROUP_2;
+/// Most fixtures with a group of their own: the engine has 32 groups. Further ones share the
+/// last group, and a link that starts inside of one of them passes through all of them.
+const OWN_GROUPS: usize = 31;
 /// Links that a warning names.
 // A robot with many links in the floor would fill the log.
 const NAMED: usize = 4;
@@ -58,6 +59,11 @@ fn entered(cell: &Cell, arm: &ArmSpec) -> Vec<Entered> {
     found
 }
 
+/// The group of a fixture by its place among those that links start inside of.
+fn group(place: usize) -> Group {
+    Group::from_bits_retain(2 << place.min(OWN_GROUPS - 1))
+}
+
 /// Makes the links pass through the fixtures that they start inside of.
 pub(crate) fn let_through(
     world: &mut PhysicsWorld,
@@ -65,13 +71,19 @@ pub(crate) fn let_through(
     fixtures: &Fixtures,
     arms: &[Arm],
 ) {
+    let mut known: Vec<usize> = Vec::new();
     for (spec, arm) in cell.arms.iter().zip(arms) {
-        // A link leaves out the whole group, so it also passes through fixtures that other
-        // links start inside of; all else meets these fixtures as before.
+        // A link leaves out the groups of its fixtures; all else, which is in all groups, meets
+        // these fixtures as before.
         for Entered { link, fixture, .. } in entered(cell, spec) {
+            let place = known.iter().position(|one| *one == fixture);
+            let group = group(place.unwrap_or(known.len()));
+            if place.is_none() {
+                known.push(fixture);
+            }
             let fixed = fixtures.colliders.get(fixture).copied().flatten();
             if let Some(collider) = fixed.and_then(|handle| world.colliders.get_mut(handle)) {
-                let groups = InteractionGroups::all().with_memberships(ENTERED);
+                let groups = InteractionGroups::all().with_memberships(group);
                 collider.set_collision_groups(groups);
             }
             let body = arm
@@ -80,8 +92,8 @@ pub(crate) fn let_through(
                 .and_then(|body| world.bodies.get(*body));
             for handle in body.map_or(&[][..], |body| body.colliders()) {
                 if let Some(collider) = world.colliders.get_mut(*handle) {
-                    let groups = InteractionGroups::all().with_filter(!ENTERED);
-                    collider.set_collision_groups(groups);
+                    let filter = collider.collision_groups().filter & !group;
+                    collider.set_collision_groups(InteractionGroups::all().with_filter(filter));
                 }
             }
         }
@@ -119,4 +131,56 @@ fn of_arm(cell: &Cell, arm: &ArmSpec) -> Vec<String> {
         )
     };
     by_fixture.into_iter().map(words).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use cell_model::{Data, FixtureSpec, Shape};
+
+    use super::*;
+    use crate::engine::{objects, settings};
+
+    /// A link of each arm of the cell.
+    const LINK: usize = 3;
+
+    /// A block in the place of that link at the start.
+    fn block(arm: &ArmSpec) -> FixtureSpec {
+        let home = arm.robot.with_arm_positions(&arm.home);
+        FixtureSpec {
+            name: format!("block of {}", arm.name),
+            shape: Shape::Box { size_m: [0.1; 3] },
+            pose: arm.base * arm.robot.link_poses(&home)[LINK],
+            friction: 0.5,
+            solid: true,
+            obstacle: false,
+            colour: [0.5; 3],
+        }
+    }
+
+    #[test]
+    fn a_link_passes_through_the_fixture_it_starts_in_and_through_no_other() {
+        let mut cell = Cell::load(&Data::checkout(), "franka-pyramid", 1, None).unwrap();
+        let first = cell.fixtures.len();
+        let blocks: Vec<FixtureSpec> = cell.arms.iter().map(block).collect();
+        cell.fixtures.extend(blocks);
+        let mut world = settings::empty_world();
+        let fixtures = objects::insert_fixtures(&mut world, &cell);
+        let arms = cell.arms.iter().enumerate();
+        let arms: Vec<Arm> = arms
+            .map(|(index, spec)| Arm::insert(&mut world, index, spec))
+            .collect();
+        let_through(&mut world, &cell, &fixtures, &arms);
+        for (arm, inserted) in arms.iter().enumerate() {
+            let link = world.bodies[inserted.bodies[LINK]].colliders()[0];
+            for fixture in 0..cell.fixtures.len() {
+                let Some(fixed) = fixtures.colliders[fixture] else {
+                    continue;
+                };
+                let groups = |handle: ColliderHandle| world.colliders[handle].collision_groups();
+                let meets = groups(link).test(groups(fixed));
+                let name = &cell.fixtures[fixture].name;
+                assert_eq!(meets, fixture != first + arm, "arm {arm}, {name}");
+            }
+        }
+    }
 }
