@@ -12,17 +12,37 @@ use robocell_task::{AnyPolicy, Job, Observation, Output, checkpoint};
 use serde::{Deserialize, Serialize};
 
 use crate::command::Command;
-use crate::inner::{Asked, Shared, lock};
+use crate::inner::{Asked, Inner, Shared, lock};
 
 /// Name of the policy.
 pub(crate) const NAME: &str = "outside";
 
 /// Its memory between two decisions.
 #[derive(Serialize, Deserialize)]
-struct Memory {
+pub(crate) struct Memory {
     kept: Vec<Option<Command>>,
     arms: Vec<ArmMemory>,
     asked: Asked,
+}
+
+impl Memory {
+    /// That of `inner`.
+    pub(crate) fn of(inner: &Inner) -> Self {
+        Self {
+            kept: inner.kept().to_vec(),
+            arms: inner.memories.clone(),
+            asked: inner.asked,
+        }
+    }
+
+    /// Gives it back to `inner`.
+    pub(crate) fn put(self, inner: &mut Inner) {
+        inner.keep(self.kept);
+        if self.arms.len() == inner.memories.len() {
+            inner.memories = self.arms;
+        }
+        inner.asked = self.asked;
+    }
 }
 
 /// Gives what was told outside of decisions.
@@ -65,20 +85,12 @@ impl AnyPolicy for Outside {
     fn statuses(&self, _graph: usize, _out: &mut Vec<NodeStatus>) {}
 
     fn save(&self) -> Vec<u8> {
-        let inner = lock(&self.shared);
-        checkpoint::to_bytes(&Memory {
-            kept: inner.kept().to_vec(),
-            arms: inner.memories.clone(),
-            asked: inner.asked,
-        })
+        checkpoint::to_bytes(&Memory::of(&lock(&self.shared)))
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
         let memory: Memory = checkpoint::from_bytes(bytes)?;
-        let mut inner = lock(&self.shared);
-        inner.keep(memory.kept);
-        inner.memories = memory.arms;
-        inner.asked = memory.asked;
+        memory.put(&mut lock(&self.shared));
         Ok(())
     }
 

@@ -29,6 +29,8 @@ struct Read {
     object_count: usize,
     /// The newest that is known of each object.
     known: Vec<ObjectState>,
+    /// A state with all objects was read; those before it are left out.
+    has_all: bool,
 }
 
 /// The newest history of a recording, a file or the directory of a flight recorder: what
@@ -136,10 +138,14 @@ impl Read {
     }
 
     fn world(&mut self, piece: &WorldPiece, every: u64) {
-        if self.ticks.is_empty() {
+        if piece.all_objects == 1 && piece.piece == 0 && !self.has_all {
+            self.has_all = true;
             self.arm_count = (piece.arm_count as usize).min(piece.arms.len());
             self.object_count = (piece.object_count as usize).min(ipc_types::MAX_OBJECTS);
             self.known = vec![ObjectState::zeroed(); self.object_count];
+        }
+        if !self.has_all {
+            return;
         }
         for object in piece.objects() {
             if let Some(known) = self.known.get_mut(object.index as usize) {

@@ -250,11 +250,12 @@ impl Sim {
     fn restore(&self, py: Python<'_>, bytes: &[u8]) -> PyResult<()> {
         py.detach(|| {
             let mut run = self.lock();
-            let kept = lock(&self.shared).kept().to_vec();
+            // The policy is restored before physics, which may refuse the snapshot.
+            let before = outside::Memory::of(&lock(&self.shared));
             let restored = run.sim.restore(bytes).map_err(refused);
             let mut inner = lock(&self.shared);
             if restored.is_err() {
-                inner.keep(kept);
+                before.put(&mut inner);
             }
             inner.show(run.sim.state());
             restored

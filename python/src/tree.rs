@@ -71,8 +71,14 @@ impl PyLeaf {
             let problem = format!("'{node}' has no bound port '{name}'; {advice}");
             return Err(PyValueError::new_err(problem));
         };
+        let whole = integer(value);
         let value = from_python(name, value)?;
-        port.set(cx, value).map_err(|fault| {
+        // A whole number of Python fits a key of numbers, and one of integers.
+        let set = port.set(cx, value).or_else(|fault| match (fault, whole) {
+            (Fault::NotFinite(_), Some(whole)) => port.set(cx, Value::Integer(whole)),
+            _ => Err(fault),
+        });
+        set.map_err(|fault| {
             let why = match fault {
                 Fault::Access => "it is not bound to a key that it writes",
                 _ => "its key is of another type",
@@ -123,6 +129,12 @@ fn to_python<'py>(py: Python<'py>, value: Value) -> PyResult<Bound<'py, PyAny>> 
         Value::Numbers(value) => value.as_slice().into_pyobject(py)?.into_any(),
         other => other.to_string().into_pyobject(py)?.into_any(),
     })
+}
+
+/// A whole number; `True` and `False` are none.
+fn integer(value: &Bound<'_, PyAny>) -> Option<i64> {
+    let is_flag = value.extract::<bool>().is_ok();
+    value.extract().ok().filter(|_| !is_flag)
 }
 
 fn from_python(port: &str, value: &Bound<'_, PyAny>) -> PyResult<Value> {

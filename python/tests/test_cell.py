@@ -131,6 +131,27 @@ def test_refuses_a_snapshot_of_another_cell_and_is_unchanged():
 
 
 @pytest.mark.sample
+@pytest.mark.parametrize("demo", ["ur10-palletize", "franka-pyramid"])
+def test_a_refused_snapshot_leaves_what_was_told_and_asked(demo: str):
+    def told() -> robocell.Cell:
+        cell = robocell.Cell(demo, 1)
+        if demo == "ur10-palletize":
+            cell.add_bin()
+        else:
+            for arm, cube in zip(cell.arms, ("cube_1", "cube_4"), strict=True):
+                arm.begin(skills.pick(cube))
+            cell.step(600)
+        return cell
+
+    calm, cell = told(), told()
+    with pytest.raises(ValueError, match="snapshot"):
+        cell.restore(robocell.Cell(demo, 2).snapshot())
+    for one in (calm, cell):
+        one.step(500)
+    assert cell.state_hash == calm.state_hash
+
+
+@pytest.mark.sample
 def test_is_the_same_after_a_reset_and_another_with_another_seed():
     cell = robocell.Cell("franka-stack", 1)
     at = cell.objects["red_cube"].position

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import subprocess
+from typing import Any
 
+import numpy as np
 import pytest
 from conftest import program
+
+from robocell._core import FileTree, Status
 
 LOCKSTEP = ("--speed", "max")
 
@@ -136,3 +140,48 @@ def test_a_leaf_is_replaced(run, fetch):
     wrong = run("cube", fetch, *LOCKSTEP, "--replace", "Hom=success")
     assert wrong.code == 3
     assert "there is no leaf 'Hom'; did you mean 'Home'?" in wrong.text
+
+
+#: A leaf with a port of each type that Python writes, and one for any type.
+WRITES = """
+{"format": "behavior-tree/1", "name": "t",
+ "blackboard": {"local": {
+   "flag": {"type": "bool"}, "count": {"type": "integer"}, "size": {"type": "number"},
+   "word": {"type": "text"}, "point": {"type": "numbers"}, "other": {"type": "integer"}}},
+ "leaves": {"Write": {"ports": {
+   "flag": {"type": "bool", "access": "write"}, "count": {"type": "integer", "access": "write"},
+   "size": {"type": "number", "access": "write"}, "word": {"type": "text", "access": "write"},
+   "point": {"type": "numbers", "access": "write"}, "any": {"type": "any", "access": "write"}}}},
+ "root": {"id": "w", "type": "Write", "ports": {
+   "flag": {"bb": "local.flag"}, "count": {"bb": "local.count"}, "size": {"bb": "local.size"},
+   "word": {"bb": "local.word"}, "point": {"bb": "local.point"}, "any": {"bb": "local.other"}}}}
+"""
+
+
+def written(**values: Any) -> dict[str, str]:
+    """The blackboard after a leaf wrote the values."""
+
+    def include(name: str) -> str:
+        raise FileNotFoundError(name)
+
+    tree = FileTree("t.json", WRITES, ["Write"], include)
+    tree.tick(0, lambda _node, _what, _ports: (Status.SUCCESS, values))
+    return dict(tree.values())
+
+
+@pytest.mark.sample
+def test_a_leaf_writes_a_port_of_each_type():
+    values = written(flag=True, count=3, size=3, word="three", point=[1, 2.5], any=4)
+    assert values == {
+        "flag": "true",
+        "count": "3",
+        "size": "3",
+        "word": "'three'",
+        "point": values["point"],
+        "other": "4",
+    }
+    assert written(count=np.int32(-7))["count"] == "-7"
+    assert written(count=2**60 + 1)["count"] == str(2**60 + 1)
+    for wrong in ({"count": 2.5}, {"count": True}, {"flag": 1}, {"size": "3"}):
+        with pytest.raises(TypeError, match="its key is of another type"):
+            written(**wrong)

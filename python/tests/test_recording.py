@@ -106,3 +106,14 @@ def test_that_is_none_is_refused(tmp_path: Path):
             robocell.read(path)
     with pytest.raises(ValueError, match="every is 0"):
         robocell.read(text, every=0)
+
+
+def test_has_all_objects_from_the_first_row(run: Callable[..., Any], tmp_path: Path):
+    # More objects than one message of a recording has.
+    file = tmp_path / "many.mcap"
+    run("ur10-fill-bin", None, "--speed", "max", "--record", str(file), "--timeout", "0.5")
+    recording = robocell.read(file)
+    assert len(recording.objects) > 8
+    for name, one in recording.objects.items():
+        assert np.linalg.norm(one.orientation[0]) == pytest.approx(1.0), name
+        assert np.linalg.norm(one.position[1] - one.position[0]) < 0.1, name
