@@ -164,7 +164,7 @@ impl<'a> View<'a> {
         let floor = self.of.task.stack.first_m[2];
         self.bins().find(|bin| {
             let at = bin.position();
-            let far = at.xy().norm() > self.own.reach_m;
+            let far = (at - self.of.base).xy().norm() > self.own.reach_m;
             let lies = bin.at_rest && self.is_flat(bin) && !far && at.z > floor;
             // A bin below another one is not taken: the upper one would fall.
             lies && !self.on_belt(bin) && self.slot(bin).is_none() && !self.covered(bin)

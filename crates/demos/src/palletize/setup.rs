@@ -5,7 +5,7 @@ use std::sync::Arc;
 use behavior::machine::{Definition, Table};
 use cell_model::{Cell, Shape};
 use ipc_types::MAX_JOINTS;
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector2, Vector3};
 use robocell_skills::setup::{obstacle_bits, suction_arm};
 use robocell_skills::{Named as _, geometry::rotation};
 use robocell_task::SetupError;
@@ -52,6 +52,8 @@ pub(super) struct PalletizeSetup {
     /// Centres of the places in the order in which they are filled, with the
     /// bin's long side along y, world frame.
     pub(super) slots: Vec<Isometry3<f64>>,
+    /// Base of the arm in the plane, world frame (m).
+    pub(super) base: Vector2<f64>,
     /// Rest pose of the tool, world frame.
     pub(super) home: Isometry3<f64>,
     /// Joint positions there (rad).
@@ -92,6 +94,7 @@ impl PalletizeSetup {
         let positions = arm.robot.with_arm_positions(&arm.home);
         let tool = arm.robot.frame_pose(arm.robot.tcp_frame, &positions);
         Ok(Self {
+            base: arm.base.translation.vector.xy(),
             home: arm.base * tool.unwrap_or_else(Isometry3::identity),
             home_joints: joints(&arm.home),
             jig: Isometry3::from_parts(

@@ -36,8 +36,13 @@ fn task(cell: &Cell) -> Task {
 
 impl World {
     fn new(bins: u32) -> Self {
+        Self::with_base(bins, [0.0; 3])
+    }
+
+    fn with_base(bins: u32, base_m: [f64; 3]) -> Self {
         let mut cell = Cell::load(&Data::checkout(), "ur10-bin-stack", 1, None).unwrap();
         cell.limit_bins(bins).unwrap();
+        cell.arms[0].base.translation.vector = base_m.into();
         let mut state = Box::new(WorldState::zeroed());
         state.arm_count = 1;
         state.object_count = u32::try_from(cell.objects.len()).unwrap();
@@ -283,6 +288,30 @@ fn a_bin_that_people_put_into_its_slot_counts() {
     assert_eq!(world.count("[decide] -> place"), 1, "{:#?}", world.lines);
     let above = world.bin(1).translation.vector;
     assert!((above.z - (-0.45 + 1.5 * HEIGHT)).abs() < 0.005, "{above}");
+}
+
+#[test]
+fn a_bin_is_in_reach_by_its_distance_from_the_base_of_the_arm() {
+    let picks = |base_m, at_m: [f64; 3]| {
+        let mut world = World::with_base(1, base_m);
+        while world.supplied < 1 {
+            world.step();
+        }
+        world.state.panel.task_paused = 1;
+        world.step();
+        let pose = Isometry3::from_parts(Translation3::from(at_m), UnitQuaternion::identity());
+        world.state.objects[0].pose = pose::wire(&pose);
+        world.state.equipment.sensors[0] = 0;
+        world.state.panel.task_paused = 0;
+        (0..500).any(|_| {
+            world.step();
+            world.held.is_some()
+        })
+    };
+    let (near, far) = ([0.9, 0.5, -0.3], [1.1, 0.7, -0.3]);
+    assert!(picks([0.0; 3], near));
+    assert!(!picks([0.0; 3], far));
+    assert!(picks([0.3, 0.2, 0.0], far));
 }
 
 #[test]
