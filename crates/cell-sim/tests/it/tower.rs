@@ -9,7 +9,7 @@ use robocell_skills::{Pick, Place, Places, Progress, Setup, Skill as _, Status, 
 use robocell_task::{Job, Kind, Observation, Output, Policies, Policy, boxed};
 use serde::{Deserialize, Serialize};
 
-/// Every object is brought to the next free slot of one place.
+/// Every object goes to the next free slot of one place.
 struct Tidy {
     setup: Arc<Setup>,
     place: usize,
