@@ -4,11 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// Lines of a file that is not a test.
-const MAX_FILE_LINES: usize = 400;
+const FILE_LINES: usize = 400;
 /// Lines of a function; `clippy.toml` has the same number.
-const MAX_FUNCTION_LINES: usize = 60;
+const FUNCTION_LINES: usize = 60;
 /// Words of DIALECT in 10,000 words of comments: other projects have 4 to 7.
-const MAX_DIALECT: f64 = 12.0;
+const DIALECT_LIMIT: f64 = 12.0;
 /// Everyday words in place of standard terms.
 const DIALECT: [&str; 11] = [
     "nobody",
@@ -158,20 +158,20 @@ fn files_and_functions_are_short() {
     let mut long = Vec::new();
     for (path, text) in files().iter().filter(|(path, _)| !is_test(path)) {
         let lines = text.lines().count();
-        if lines > MAX_FILE_LINES {
+        if lines > FILE_LINES {
             long.push(format!("{path}: {lines} lines"));
         }
         let (code, _) = split(text);
         for (line, lines) in functions(&code) {
-            if lines > MAX_FUNCTION_LINES && !code[..].contains("#[cfg(test)]\nmod tests {") {
+            if lines > FUNCTION_LINES && !code[..].contains("#[cfg(test)]\nmod tests {") {
                 long.push(format!("{path}:{line}: a function of {lines} lines"));
             }
         }
     }
     assert!(
         long.is_empty(),
-        "split by responsibility what is longer than {MAX_FILE_LINES} lines, or functions than \
-         {MAX_FUNCTION_LINES}:\n{}",
+        "split by responsibility what is longer than {FILE_LINES} lines, or functions than \
+         {FUNCTION_LINES}:\n{}",
         long.join("\n")
     );
 }
@@ -200,8 +200,8 @@ fn comments_use_standard_terms() {
     }
     let each = found.len() as f64 / words as f64 * 10_000.0;
     assert!(
-        each <= MAX_DIALECT,
-        "{each:.1} words of dialect in 10,000, allowed are {MAX_DIALECT}; use standard terms:\n{}",
+        each <= DIALECT_LIMIT,
+        "{each:.1} words of dialect in 10,000, allowed are {DIALECT_LIMIT}; use standard terms:\n{}",
         found.join("\n")
     );
 }

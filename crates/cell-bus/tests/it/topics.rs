@@ -74,7 +74,7 @@ fn a_recorder_that_joins_late_gets_a_whole_state_and_the_tap_of_a_topic() {
     let run = TestRun::new();
     let bus = run.join(1);
     let mut state = WorldState::zeroed();
-    state.object_count = MAX_OBJECTS as u32;
+    state.object_count = u32::try_from(MAX_OBJECTS).unwrap();
     for object in &mut state.objects {
         object.pose.orientation_wxyz = [1.0, 0.0, 0.0, 0.0];
     }
