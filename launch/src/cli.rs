@@ -6,7 +6,6 @@ use cell_model::runs::spec::Speed;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
-use crate::chaos::FaultKind;
 pub use crate::cli_behaviour::{
     BehaviourArgs, BehaviourVerb, CheckArgs, ImportArgs, PictureFormat, SchemaArgs, SchemaKind,
     ShowArgs, TreeArgs, TreeVerb,
@@ -14,6 +13,7 @@ pub use crate::cli_behaviour::{
 pub use crate::cli_common::{CellArgs, CompleteArgs, DataArgs, ManArgs, ProcessName};
 pub use crate::cli_eval::{BisectArgs, EpisodeArgs, EvalArgs, EvalVerb, MergeArgs, ReportRowsArgs};
 pub use crate::cli_hand::{GripperArgs, GripperVerb, JointsArgs, TargetArgs};
+use crate::cli_kinds::FaultKind;
 pub use crate::cli_operate::{
     AddBinArgs, BreakArgs, DragArgs, DropPartsArgs, RestartArgs, SpeedArgs, StepArgs, TaskArgs,
     TaskVerb,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 
 use crate::cli_common::{CellArgs, DataArgs};
-use crate::output::OutputName;
+use crate::cli_kinds::OutputName;
 
 /// `robocell bt`.
 #[derive(Clone, Debug, Args)]

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use ipc_types::topic::Process;
 
+use crate::cli_kinds::NameKind;
 use crate::cli_values::cell_name;
-use crate::complete::NameKind;
 
 /// Name of a cell when nothing else is said.
 pub(crate) const DEFAULT_CELL: &str = "cell";

@@ -26,7 +26,7 @@ use ipc_types::operator::{OperatorAction, ReplyCode};
 use ipc_types::world::{FLAG_ENDING, FLAG_LOCKSTEP, FLAG_PAUSED, PauseCause};
 use ipc_types::{Decision, Header, OperatorReply, OperatorRequest, TICK_NS, Text, WorldState};
 
-use crate::resume::Switches;
+use crate::resume::due::Switches;
 use crate::world::{StepInput, World, WorldError};
 
 /// The action at a tick boundary.

@@ -9,11 +9,11 @@ use std::process::{Child, Command, Stdio};
 
 use cell_rt::clock::monotonic_ns;
 use cell_rt::process::{SIGCONT, SIGKILL, SIGSTOP, kill};
-use clap::ValueEnum;
 use ipc_types::topic::Process;
 
 use super::random::Random;
 use crate::cli::ProcessName;
+use crate::cli_kinds::FaultKind;
 use crate::run::LiveCell;
 
 /// Busy loops beside the cell.
@@ -28,23 +28,6 @@ const FLOOD: usize = 64;
 const MOST_FILLED: u64 = 512 << 20;
 /// Bytes that are overwritten in a file.
 const FLIPPED: usize = 64;
-
-/// A kind of fault.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
-pub enum FaultKind {
-    /// SIGKILL of a process
-    Kill,
-    /// SIGSTOP of a process, and SIGCONT after up to 2.5 s
-    Stop,
-    /// Eight busy loops for 3 s
-    Starve,
-    /// Connections and nonsense at the control socket for 3 s
-    Flood,
-    /// No room in the run directory's file system for 3 s
-    Fill,
-    /// Random bytes in a file a successor reads, and SIGKILL of its owner
-    Corrupt,
-}
 
 /// A process that has to come back.
 #[derive(Clone, Copy, Debug)]

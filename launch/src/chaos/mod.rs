@@ -13,11 +13,11 @@ use ipc_types::topic::Process;
 use ipc_types::world::FLAG_ENDING;
 
 use crate::cli::{ChaosArgs, Cli, Command, ProcessName};
+use crate::cli_kinds::FaultKind;
 use crate::failure::{Code, Failure};
 use crate::leftovers::Leftovers;
 use crate::run::{End, LiveCell, Plan};
 use crate::{output, say};
-pub use fault::FaultKind;
 use fault::{Begun, Faults, Struck, kill_one};
 use kills::{Kills, Sight};
 use random::Random;

@@ -16,7 +16,7 @@ use crate::cli::{
 use crate::client::Session;
 use crate::failure::{Context, Failure};
 use crate::run::plan;
-use crate::{output, say, task_program};
+use crate::{output_schema, say, task_program};
 
 /// How often a running behaviour is looked at.
 const LOOK: Duration = Duration::from_millis(100);
@@ -48,7 +48,7 @@ pub(crate) fn behaviour(kind: &str, verb: &BehaviourVerb) -> Result<(), Failure>
 /// Prints the JSON Schema of a kind of file.
 pub(crate) fn schema(args: &SchemaArgs) -> Result<(), Failure> {
     if args.what == SchemaKind::Output {
-        return output::print_schema(args.name, args.task.as_deref());
+        return output_schema::print_schema(args.name, args.task.as_deref());
     }
     if args.name.is_some() {
         let what = args.what.word();

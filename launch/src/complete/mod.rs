@@ -1,32 +1,16 @@
 //! Completions: the scripts for shells, and the names they ask for.
 
-use clap::{CommandFactory, ValueEnum};
+use clap::CommandFactory;
 use clap_complete::Shell;
 use ipc_types::topic::Process;
 
 use crate::cli::{Cli, CompleteArgs};
 use crate::cli_common::DEFAULT_CELL;
+use crate::cli_kinds::NameKind;
 use crate::client::Session;
 use crate::failure::Failure;
 use crate::rundir::RunDir;
 use crate::{say, task_program};
-
-/// Names that depend on the files and on what runs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum NameKind {
-    /// Cell files.
-    Demos,
-    /// Policies of the demo on the command line, or of the cell that runs.
-    Policies,
-    /// Objects of the cell that runs.
-    Objects,
-    /// Nodes and states of the policy that runs.
-    Nodes,
-    /// Cells that run.
-    Cells,
-    /// Processes of the cell that runs.
-    Processes,
-}
 
 /// Prints the script for `shell`.
 pub(crate) fn script(shell: Shell) {

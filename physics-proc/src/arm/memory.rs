@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::arm::brake::Brakes;
 use crate::arm::delay::Delayed;
-use crate::arm::touch_count::TouchCount;
+use crate::arm::touch_memory::TouchCount;
 use crate::arm::watchdog::Watchdog;
 use crate::gripper::parallel::GripperDrive;
 use crate::gripper::suction::Suction;

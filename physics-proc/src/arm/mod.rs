@@ -10,6 +10,7 @@ pub(crate) mod measured;
 pub(crate) mod memory;
 pub(crate) mod multibody;
 pub(crate) mod touch_count;
+pub(crate) mod touch_memory;
 pub mod touches;
 pub(crate) mod violations;
 pub mod watchdog;

@@ -5,10 +5,10 @@
 
 use cell_model::{Cell, SelfDistance};
 use rapier3d_f64::prelude::*;
-use serde::{Deserialize, Serialize};
 
 use crate::arm::measured::Measured;
 use crate::arm::multibody::Arm;
+use crate::arm::touch_memory::TouchCount;
 use crate::engine::contacts::Grip;
 use crate::engine::tag::Tag;
 use crate::state::memory::Memory;
@@ -16,34 +16,6 @@ use crate::state::memory::Memory;
 /// Interval at which the self-collision spheres are compared (ticks).
 // Pairs of spheres are compared, so not in each tick; a shorter contact may be missed.
 const SELF_TICKS: u64 = 10;
-
-/// Counts of one arm: part of every snapshot.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) struct TouchCount {
-    /// Times an obstacle began to be touched.
-    pub(crate) obstacles: u64,
-    /// Times two parts of the arm began to overlap.
-    pub(crate) own_parts: u64,
-    touches_obstacle: bool,
-    touches_itself: bool,
-}
-
-impl TouchCount {
-    /// Counts continue over a reset of the scene.
-    pub(crate) fn carry_over(&mut self, before: &Self) {
-        (self.obstacles, self.own_parts) = (before.obstacles, before.own_parts);
-    }
-
-    fn see_obstacle(&mut self, touches: bool) {
-        self.obstacles += u64::from(touches && !self.touches_obstacle);
-        self.touches_obstacle = touches;
-    }
-
-    fn see_itself(&mut self, touches: bool) {
-        self.own_parts += u64::from(touches && !self.touches_itself);
-        self.touches_itself = touches;
-    }
-}
 
 /// Obstacles of the cell, and the spheres of each arm.
 pub(crate) struct TouchCounter {

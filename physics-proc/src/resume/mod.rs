@@ -15,7 +15,7 @@
 //! A change must not announce a state that is not handed over, nor hand over one of another
 //! tick than the announced one.
 
-mod due;
+pub(crate) mod due;
 mod requests;
 #[cfg(test)]
 mod tests;
@@ -27,7 +27,6 @@ use cell_rt::RecordFile;
 use ipc_types::{OperatorReply, OperatorRequest};
 
 use crate::plant::{Plant, has_effect};
-pub(crate) use due::Switches;
 use due::{Due, MAX_LOST_TICKS};
 use requests::Requests;
 use writer::Writer;
