@@ -117,7 +117,7 @@ const NOT_CAPACITIES: [&str; 38] = [
     "crates/cell-bus/src/qos.rs::MAX_LOANED",
     "crates/cell-bus/src/qos.rs::MAX_PUBLISHERS",
     "crates/cell-model/src/robots/urdf_clean/parts.rs::MAX_PREFIXES",
-    "crates/cell-model/src/robots/user.rs::MOST_CANDIDATES",
+    "crates/cell-model/src/robots/movable.rs::MOST_CANDIDATES",
     "crates/cell-record/src/frame.rs::MAX_PIECES",
     "crates/cell-record/src/index.rs::MAX_HEADER",
     "crates/cell-record/src/recording.rs::KEPT",
