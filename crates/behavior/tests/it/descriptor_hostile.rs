@@ -340,7 +340,8 @@ fn mutated() -> impl Strategy<Value = String> {
             let at = at.min(bytes.len().saturating_sub(1));
             let end = (at + length).min(bytes.len());
             match what {
-                0 => bytes[at] ^= byte,
+                // The changes before this one may have left nothing.
+                0 => drop(bytes.get_mut(at).map(|changed| *changed ^= byte)),
                 1 => drop(bytes.drain(at..end)),
                 2 => bytes.truncate(at.max(1)),
                 _ => {
