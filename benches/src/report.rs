@@ -222,7 +222,7 @@ impl Report {
 
     fn write_histograms(&self, out: &mut impl Write) -> io::Result<()> {
         for (name, micros) in &self.histograms {
-            let drawn = charts::histogram(name, "us", micros, COLUMNS);
+            let drawn = evaluation::charts::histogram(name, "us", micros, COLUMNS);
             write!(out, "\n{drawn}")?;
         }
         Ok(())

@@ -1,7 +1,7 @@
 #![no_main]
 #![allow(dead_code, unreachable_pub)]
 
-#[path = "../../crates/fuzz-targets/tests/it/targets/mod.rs"]
+#[path = "../../tests/tests/it/fuzz/targets/mod.rs"]
 mod targets;
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| (targets::files::MATRIX.run)(bytes));

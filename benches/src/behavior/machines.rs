@@ -11,7 +11,7 @@ use super::statig;
 use super::subject::Subject;
 
 /// The table of an example of the library.
-const PALLETIZING: &str = include_str!("../../../crates/behavior/examples/palletizing.toml");
+const PALLETIZING: &str = include_str!("../../../crates/core/behavior/examples/palletizing.toml");
 /// One bin: turned over, picked again, placed.
 const BIN: [&str; 5] = [
     "go_pick",

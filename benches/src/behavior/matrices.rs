@@ -9,7 +9,7 @@ use behavior::matrix::{Cell, Definition, EventSet, HandlerId, Handlers, Matrix, 
 use super::subject::Subject;
 
 /// The matrix of an example of the library.
-const FILL_BIN: &str = include_str!("../../../crates/behavior/examples/fill_bin.toml");
+const FILL_BIN: &str = include_str!("../../../crates/core/behavior/examples/fill_bin.toml");
 const HANDLERS: [&str; 8] = [
     "to_above_bin",
     "resume",

@@ -6,7 +6,7 @@ mod bonsai;
 mod instructions;
 mod machines;
 mod matrices;
-#[path = "../../../crates/behavior/examples/pick_place/mod.rs"]
+#[path = "../../../crates/core/behavior/examples/pick_place/mod.rs"]
 mod pick_place;
 mod rounds;
 mod statig;

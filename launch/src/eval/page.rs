@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use charts::{Line, Panel};
+use evaluation::charts::{Line, Panel};
 use evaluation::report::{Episodes, Report, Reports, episodes};
 use evaluation::{EvaluationError, info};
 
@@ -78,7 +78,7 @@ fn times(files: &[(&Report, Episodes)]) -> String {
         return "<p>None ended done.</p>\n".to_owned();
     }
     // Equal times have a width, too.
-    charts::svg(&[panel], ((first - 0.5).max(0.0), last + 0.5))
+    evaluation::charts::svg(&[panel], ((first - 0.5).max(0.0), last + 0.5))
 }
 
 fn reasons(out: &mut String, report: &Report) {

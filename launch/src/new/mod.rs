@@ -12,10 +12,10 @@ use crate::say;
 
 /// Packages a project depends on, and where they are in a checkout.
 const PACKAGES: [(&str, &str); 4] = [
-    ("robocell-behavior", "crates/behavior"),
-    ("robocell-skills", "crates/skills"),
-    ("robocell-task", "crates/task"),
-    ("robocell-task-program", "crates/task-program"),
+    ("robocell-behavior", "crates/core/behavior"),
+    ("robocell-skills", "crates/tasks/skills"),
+    ("robocell-task", "crates/tasks/task"),
+    ("robocell-task-program", "crates/cell/task-program"),
 ];
 
 /// A file of a project: its path, its text, and whether it can be executed.

@@ -73,7 +73,7 @@ mod tests {
 
     fn names(asked: &[&str]) -> Result<Vec<String>, Failure> {
         let asked: Vec<String> = asked.iter().map(|name| (*name).to_owned()).collect();
-        let chosen = choose(&all(), &asked, charts::MAX_LINES)?;
+        let chosen = choose(&all(), &asked, evaluation::charts::MAX_LINES)?;
         Ok(chosen.into_iter().map(|signal| signal.name).collect())
     }
 

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use cell_model::user_file;
 use cell_record::Recording;
-use charts::{Line, Panel};
+use evaluation::charts::{Line, Panel};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -77,7 +77,7 @@ pub(crate) fn plot(args: &PlotArgs) -> Result<(), Failure> {
     // A picture has as many colours and marks as can be told apart; numbers need none.
     let is_picture = !args.json || args.output.is_some() || args.text;
     let most = if is_picture {
-        charts::MAX_LINES
+        evaluation::charts::MAX_LINES
     } else {
         usize::MAX
     };
@@ -100,7 +100,7 @@ pub(crate) fn plot(args: &PlotArgs) -> Result<(), Failure> {
         return print_json(args, span, samples.collect());
     }
     if let Some(out) = &args.output {
-        let picture = charts::svg(&by_unit(&chosen, &lines), span);
+        let picture = evaluation::charts::svg(&by_unit(&chosen, &lines), span);
         std::fs::write(out, picture).cannot(format!("write {}", out.display()))?;
     }
     if args.output.is_none() || args.text {
@@ -185,7 +185,7 @@ fn print_text(signals: &[Signal], lines: Vec<Line>, span: (f64, f64)) {
         if index > 0 {
             say::line("");
         }
-        say::raw(charts::chart(&panel, span, (columns, rows)).as_bytes());
+        say::raw(evaluation::charts::chart(&panel, span, (columns, rows)).as_bytes());
     }
     for (signal, _) in empty {
         say::line(format_args!("{}: no values in this time", signal.name));
@@ -259,7 +259,7 @@ mod tests {
         let scene = json!({ "arms": [{ "name": "a", "joints": [{ "name": "j1" }] }] });
         let all = signals::signals(&scene);
         let asked = ["a/j1 error", "a/TCP x", "a/j1 position"].map(str::to_owned);
-        let chosen = choose::choose(&all, &asked, charts::MAX_LINES).unwrap();
+        let chosen = choose::choose(&all, &asked, evaluation::charts::MAX_LINES).unwrap();
         let lines = vec![Line::default(); 3];
         let panels = by_unit(&chosen, &lines);
         let counts: Vec<_> = panels

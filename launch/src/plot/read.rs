@@ -1,7 +1,7 @@
 //! The values of signals, out of a recording.
 
 use cell_record::{Channel, Entry, RecordError, Recording};
-use charts::Line;
+use evaluation::charts::Line;
 use ipc_types::{ArmStatus, Decision, Wire, WorldPiece, WorldState};
 
 use super::signals::{Signal, Source};

@@ -51,7 +51,7 @@ fn a_policy_is_shown_as_text_mermaid_and_dot() {
     let table = ask(&[
         "fsm",
         "show",
-        &path("crates/behavior/examples/palletizing.toml"),
+        &path("crates/core/behavior/examples/palletizing.toml"),
     ]);
     assert!(table.stdout.contains("needs_flip"), "{table:?}");
 }
@@ -115,9 +115,9 @@ fn the_files_of_the_demos_have_no_errors() {
         ("bt", "cells/cube/cube.tree.json"),
         ("fsm", "cells/cube/cube.machine.toml"),
         ("fsm", "cells/cube/cube.matrix.toml"),
-        ("fsm", "crates/behavior/examples/palletizing.toml"),
-        ("fsm", "crates/behavior/examples/fill_bin.toml"),
-        ("fsm", "crates/behavior/examples/bin_stacking.toml"),
+        ("fsm", "crates/core/behavior/examples/palletizing.toml"),
+        ("fsm", "crates/core/behavior/examples/fill_bin.toml"),
+        ("fsm", "crates/core/behavior/examples/bin_stacking.toml"),
     ] {
         let said = ask(&[kind, "check", &path(file)]);
         assert_eq!(said.code, 0, "{said:?}");

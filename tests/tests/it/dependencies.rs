@@ -5,8 +5,11 @@ use std::process::Command;
 
 use serde_json::Value;
 
-/// Direct dependencies (not those of tests) of each package of the workspace.
-fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
+fn text(value: &Value) -> String {
+    value.as_str().expect("text").to_owned()
+}
+
+fn metadata() -> Value {
     let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/../Cargo.toml");
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let arguments = [
@@ -19,8 +22,12 @@ fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
         manifest,
     ];
     let output = Command::new(cargo).args(arguments).output().expect("cargo");
-    let metadata: Value = serde_json::from_slice(&output.stdout).expect("metadata");
-    let text = |value: &Value| value.as_str().expect("text").to_owned();
+    serde_json::from_slice(&output.stdout).expect("metadata")
+}
+
+/// Direct dependencies (not those of tests) of each package of the workspace.
+fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
+    let metadata = metadata();
     let of = |package: &Value| {
         let all = package["dependencies"].as_array().expect("a list").iter();
         all.filter(|d| d["kind"].is_null())
@@ -35,6 +42,38 @@ fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
         .collect()
 }
 
+/// Folders of `crates/`, from the bottom to the top.
+const GROUPS: [&str; 4] = ["core", "tasks", "cell", "tools"];
+
+/// The folder of `crates/` of each package in one.
+fn groups() -> BTreeMap<String, String> {
+    let packages = metadata()["packages"].as_array().expect("a list").clone();
+    let group = |package: &Value| {
+        let path = text(&package["manifest_path"]);
+        let (_, below) = path.rsplit_once("/crates/")?;
+        let (group, _) = below.split_once('/')?;
+        Some((text(&package["name"]), group.to_owned()))
+    };
+    packages.iter().filter_map(group).collect()
+}
+
+#[test]
+fn groups_of_crates_depend_on_each_other_one_way() {
+    let groups = groups();
+    let rank = |package: &str| {
+        let group = groups.get(package)?;
+        let rank = GROUPS.iter().position(|known| known == group);
+        Some(rank.unwrap_or_else(|| panic!("{package}: `crates/{group}` is not in GROUPS")))
+    };
+    assert!(groups.len() > 15, "{groups:?}");
+    for (name, dependencies) in dependencies() {
+        let Some(own) = rank(&name) else { continue };
+        let above = dependencies.iter().filter(|d| rank(d) > Some(own));
+        let above: Vec<_> = above.collect();
+        assert!(above.is_empty(), "{name} depends on {above:?}");
+    }
+}
+
 const PROCESSES: [&str; 4] = [
     "robocell-physics",
     "robocell-controller",
@@ -44,7 +83,7 @@ const PROCESSES: [&str; 4] = [
 const ENGINES: [&str; 2] = ["rapier3d-f64", "parry3d-f64"];
 const PURE: [&str; 7] = [
     "robocell-rmp",
-    "plan",
+    "robocell-plan",
     "robocell-behavior",
     "robocell-cell-model",
     "robocell-task",
@@ -112,8 +151,8 @@ fn of_what_authors_of_tasks_depend_on_only_the_program_knows_bus_and_engine() {
 fn only_physics_knows_the_engine() {
     for (name, dependencies) in dependencies() {
         let known = ENGINES.iter().any(|engine| dependencies.contains(*engine));
-        // A program of its own, which no process is built from.
-        let fits_spheres = name == "robocell-cell-spheres";
+        // Programs of its own, which no process is built from.
+        let fits_spheres = name == "robocell-cell-assets";
         assert!(
             !known || fits_spheres || name == "robocell-physics" || name == "robocell-tests",
             "{name}"

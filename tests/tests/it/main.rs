@@ -14,13 +14,14 @@ mod bins_in_real_time;
 mod command_line;
 mod dependencies;
 #[cfg(feature = "schema")]
-#[path = "../../../crates/behavior/tests/it/descriptor_common/mod.rs"]
+#[path = "../../../crates/core/behavior/tests/it/descriptor_common/mod.rs"]
 mod descriptor_common;
 #[cfg(feature = "schema")]
 mod descriptor_schema;
 mod equipment;
 mod eval_rows;
 mod eval_sweep;
+mod fuzz;
 mod hold_times;
 mod imported;
 mod incidents;

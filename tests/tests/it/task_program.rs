@@ -11,7 +11,7 @@ use robocell_tests::recording::{same, verify};
 
 /// The folder with the circle's cell.
 fn circle_data() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/task-program/examples/circle")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/cell/task-program/examples/circle")
 }
 
 /// `robocell run circle` by the example's program, to its end.
@@ -58,7 +58,8 @@ fn is_recorded_and_computed_again_by_itself() {
 #[test]
 fn brings_a_controller_that_moves_the_arm_in_one_process_and_in_four() {
     let base = base();
-    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/task-program/examples/sway");
+    let data =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/cell/task-program/examples/sway");
     let program = example("sway");
     let folder = program.parent().unwrap().display().to_string();
     let path = format!("{folder}:{}", std::env::var("PATH").unwrap_or_default());
@@ -233,6 +234,6 @@ fn that_was_built_anew_and_remembers_something_else_starts_without_a_checkpoint(
 fn the_guide_quotes_the_example_that_is_built_and_run() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let guide = std::fs::read_to_string(root.join("docs/your-own-cell.md")).unwrap();
-    let code = root.join("crates/task-program/examples/circle.rs");
+    let code = root.join("crates/cell/task-program/examples/circle.rs");
     assert!(guide.contains(&std::fs::read_to_string(code).unwrap()));
 }

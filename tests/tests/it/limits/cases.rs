@@ -97,18 +97,18 @@ fn cells() -> Vec<(&'static str, Case)> {
             )
         }),
         (
-            "crates/cell-model/src/cells/check_file.rs::MAX_OBSTACLE_OBJECTS",
+            "crates/core/cell-model/src/cells/check_file.rs::MAX_OBSTACLE_OBJECTS",
             |dir, limit| {
                 let objects = OBJECTS.replace('#', &(limit + 1).to_string());
                 cell(dir, &format!("{CUBE}{objects}obstacle = true\n"))
             },
         ),
         (
-            "crates/cell-model/src/cells/check_file.rs::MAX_FIXTURES",
+            "crates/core/cell-model/src/cells/check_file.rs::MAX_FIXTURES",
             |dir, limit| cell(dir, &format!("{CUBE}{}", times(FIXTURE, limit))),
         ),
         (
-            "crates/cell-model/src/cells/check_file.rs::MAX_POLICIES",
+            "crates/core/cell-model/src/cells/check_file.rs::MAX_POLICIES",
             |dir, limit| {
                 let line = format!("policies = [\"ifelse\", {}]", names(limit));
                 cell(dir, &with(CUBE, "policies", &line))
@@ -118,7 +118,7 @@ fn cells() -> Vec<(&'static str, Case)> {
             cell(dir, &format!("{CUBE}{}", times(SENSOR, limit + 1)))
         }),
         (
-            "crates/cell-model/src/data.rs::MAX_FILE_BYTES",
+            "crates/core/cell-model/src/data.rs::MAX_FILE_BYTES",
             |dir, limit| cell(dir, &format!("{CUBE}#{}", "x".repeat(limit))),
         ),
     ]
@@ -126,21 +126,27 @@ fn cells() -> Vec<(&'static str, Case)> {
 
 fn jobs() -> Vec<(&'static str, Case)> {
     vec![
-        ("crates/skills/src/settings.rs::MAX_SLOTS", |dir, limit| {
-            let grid = format!(
-                "pattern = {{ kind = \"grid\", count = [{}, 1, 1], pitch_m = [0.1, 0.1, 0.1] }}\n",
-                limit + 1
-            );
-            cell(dir, &format!("{CUBE}\n{grid}"))
-        }),
-        ("crates/demos/src/check.rs::MAX_STACK", |dir, limit| {
-            let objects = OBJECTS.replace('#', &(limit + 1).to_string());
-            let order: Vec<String> = (1..=limit + 1).map(|n| format!("\"o_{n:02}\"")).collect();
-            let order = format!("order = [{}]", order.join(", "));
-            cell(dir, &format!("{}{objects}", with(STACK, "order", &order)))
-        }),
         (
-            "crates/demos/src/palletize/numbers.rs::MAX_SLOTS",
+            "crates/tasks/skills/src/settings.rs::MAX_SLOTS",
+            |dir, limit| {
+                let grid = format!(
+                    "pattern = {{ kind = \"grid\", count = [{}, 1, 1], pitch_m = [0.1, 0.1, 0.1] }}\n",
+                    limit + 1
+                );
+                cell(dir, &format!("{CUBE}\n{grid}"))
+            },
+        ),
+        (
+            "crates/tasks/demos/src/check.rs::MAX_STACK",
+            |dir, limit| {
+                let objects = OBJECTS.replace('#', &(limit + 1).to_string());
+                let order: Vec<String> = (1..=limit + 1).map(|n| format!("\"o_{n:02}\"")).collect();
+                let order = format!("order = [{}]", order.join(", "));
+                cell(dir, &format!("{}{objects}", with(STACK, "order", &order)))
+            },
+        ),
+        (
+            "crates/tasks/demos/src/palletize/numbers.rs::MAX_SLOTS",
             |dir, limit| {
                 let x: Vec<String> = (0..=limit)
                     .map(|n| format!("{:.2}", 0.01 * n as f64))
@@ -154,7 +160,7 @@ fn jobs() -> Vec<(&'static str, Case)> {
             },
         ),
         (
-            "crates/demos/src/bin_stack/columns.rs::MAX_LEVELS",
+            "crates/tasks/demos/src/bin_stack/columns.rs::MAX_LEVELS",
             |dir, limit| {
                 cell(
                     dir,
@@ -208,18 +214,18 @@ fn chain(joints: usize, kind: &str, more: &str) -> String {
 fn robots_and_runs() -> Vec<(&'static str, Case)> {
     vec![
         (
-            "crates/cell-model/src/robots/urdf_check.rs::MAX_LINKS",
+            "crates/core/cell-model/src/robots/urdf_check.rs::MAX_LINKS",
             |dir, limit| urdf(dir, &chain(limit, "fixed", "")),
         ),
         (
-            "crates/cell-model/src/robots/urdf_scan.rs::MAX_DEPTH",
+            "crates/core/cell-model/src/robots/urdf_scan.rs::MAX_DEPTH",
             |dir, limit| {
                 let (open, close) = ("<a>".repeat(limit), "</a>".repeat(limit));
                 urdf(dir, &format!("<robot name=\"r\">{open}{close}</robot>"))
             },
         ),
         (
-            "crates/cell-model/src/robots/urdf_scan.rs::MAX_BYTES",
+            "crates/core/cell-model/src/robots/urdf_scan.rs::MAX_BYTES",
             |dir, limit| {
                 urdf(
                     dir,
@@ -227,12 +233,12 @@ fn robots_and_runs() -> Vec<(&'static str, Case)> {
                 )
             },
         ),
-        ("crates/rmp/src/chain.rs::MAX_JOINTS", |dir, limit| {
+        ("crates/core/rmp/src/chain.rs::MAX_JOINTS", |dir, limit| {
             let axis = "<axis xyz=\"0 0 1\"/><limit lower=\"-1\" upper=\"1\" effort=\"9\" velocity=\"1\"/>";
             urdf(dir, &chain(limit + 1, "revolute", axis))
         }),
         (
-            "crates/cell-model/src/cells/script.rs::MAX_PARTS",
+            "crates/core/cell-model/src/cells/script.rs::MAX_PARTS",
             |dir, limit| {
                 let line = format!(
                     "{{\"at_s\": 1.0, \"do\": \"drop_parts\", \"count\": {}}}\n",
@@ -244,7 +250,7 @@ fn robots_and_runs() -> Vec<(&'static str, Case)> {
             },
         ),
         (
-            "crates/cell-model/src/cells/sweep.rs::MAX_VARIANTS",
+            "crates/core/cell-model/src/cells/sweep.rs::MAX_VARIANTS",
             |dir, limit| {
                 let values: Vec<String> = (0..=limit).map(|n| format!("0.{:06}", n + 1)).collect();
                 let set = format!("object.0.mass_kg={}", values.join(","));
@@ -252,17 +258,20 @@ fn robots_and_runs() -> Vec<(&'static str, Case)> {
             },
         ),
         (
-            "crates/evaluation/src/shard.rs::MAX_SHARDS",
+            "crates/cell/evaluation/src/shard.rs::MAX_SHARDS",
             |dir, limit| {
                 let shard = format!("1/{}", limit + 1);
                 robot(dir, &["eval", "cube", "--seeds", "1..2", "--shard", &shard])
             },
         ),
-        ("crates/cell-bus/src/site.rs::MAX_LENGTH", |dir, limit| {
-            let long = dir.join("x".repeat(limit));
-            std::fs::create_dir_all(&long).expect("a directory");
-            finish(robocell(&long, &["run", "cube", "--headless"]))
-        }),
+        (
+            "crates/cell/cell-bus/src/site.rs::MAX_LENGTH",
+            |dir, limit| {
+                let long = dir.join("x".repeat(limit));
+                std::fs::create_dir_all(&long).expect("a directory");
+                finish(robocell(&long, &["run", "cube", "--headless"]))
+            },
+        ),
     ]
 }
 
@@ -288,11 +297,11 @@ fn leaves(count: usize) -> String {
 fn trees() -> Vec<(&'static str, Case)> {
     vec![
         (
-            "crates/behavior/src/tree/mod.rs::MAX_NODES",
+            "crates/core/behavior/src/tree/mod.rs::MAX_NODES",
             |dir, limit| tree(dir, &leaves(limit), ""),
         ),
         (
-            "crates/behavior/src/tree/mod.rs::MAX_DEPTH",
+            "crates/core/behavior/src/tree/mod.rs::MAX_DEPTH",
             |dir, limit| {
                 // Children inside one another would exceed the nesting of JSON first.
                 let modifiers = vec![r#"{"type": "Inverter"}"#; limit + 1].join(", ");
@@ -301,7 +310,7 @@ fn trees() -> Vec<(&'static str, Case)> {
             },
         ),
         (
-            "crates/behavior/src/descriptor/limits.rs::MAX_FILES",
+            "crates/core/behavior/src/descriptor/limits.rs::MAX_FILES",
             |dir, limit| {
                 for n in 1..=limit {
                     let besides = format!(", \"includes\": [\"f{}.json\"]", n + 1);
@@ -313,7 +322,7 @@ fn trees() -> Vec<(&'static str, Case)> {
             },
         ),
         (
-            "crates/behavior/src/descriptor/limits.rs::MAX_ENTRIES",
+            "crates/core/behavior/src/descriptor/limits.rs::MAX_ENTRIES",
             |dir, limit| {
                 let all: Vec<String> = (0..=limit).map(|n| format!("\"c{n}\": {n}")).collect();
                 tree(
@@ -324,7 +333,7 @@ fn trees() -> Vec<(&'static str, Case)> {
             },
         ),
         (
-            "crates/behavior/src/descriptor/limits.rs::MAX_PORTS",
+            "crates/core/behavior/src/descriptor/limits.rs::MAX_PORTS",
             |dir, limit| {
                 let all: Vec<String> = (0..=limit).map(|n| format!("\"p{n}\": {n}")).collect();
                 let ports = all.join(", ");
@@ -334,7 +343,7 @@ fn trees() -> Vec<(&'static str, Case)> {
             },
         ),
         (
-            "crates/behavior/src/descriptor/limits.rs::MAX_NAME",
+            "crates/core/behavior/src/descriptor/limits.rs::MAX_NAME",
             |dir, limit| tree(dir, &LEAF.replace('#', &"x".repeat(limit)), ""),
         ),
     ]
@@ -343,7 +352,7 @@ fn trees() -> Vec<(&'static str, Case)> {
 fn tree_files() -> Vec<(&'static str, Case)> {
     vec![
         (
-            "crates/behavior/src/descriptor/limits.rs::MAX_TEXT",
+            "crates/core/behavior/src/descriptor/limits.rs::MAX_TEXT",
             |dir, limit| {
                 let name = "x".repeat(limit + 1);
                 tree(
@@ -354,11 +363,11 @@ fn tree_files() -> Vec<(&'static str, Case)> {
             },
         ),
         (
-            "crates/behavior/src/descriptor/json.rs::MAX_BYTES",
+            "crates/core/behavior/src/descriptor/json.rs::MAX_BYTES",
             |dir, limit| tree(dir, &format!("{LEAF}{}", " ".repeat(limit)), ""),
         ),
         (
-            "crates/behavior/src/descriptor/json.rs::MAX_DEPTH",
+            "crates/core/behavior/src/descriptor/json.rs::MAX_DEPTH",
             |dir, limit| {
                 tree(
                     dir,
@@ -367,21 +376,27 @@ fn tree_files() -> Vec<(&'static str, Case)> {
                 )
             },
         ),
-        ("crates/behavior/src/value.rs::STR_BYTES", |dir, limit| {
-            let text = "x".repeat(limit + 1);
-            tree(
-                dir,
-                LEAF,
-                &format!(", \"constants\": {{\"c\": \"{text}\"}}"),
-            )
-        }),
-        ("crates/behavior/src/value.rs::MAX_NUMBERS", |dir, limit| {
-            let numbers = vec!["1.0"; limit + 1].join(", ");
-            let root = format!(
-                r#"{{"id": "n", "type": "MoveTo", "name": "n", "ports": {{"posture": [{numbers}]}}}}"#
-            );
-            tree(dir, &root, "")
-        }),
+        (
+            "crates/core/behavior/src/value.rs::STR_BYTES",
+            |dir, limit| {
+                let text = "x".repeat(limit + 1);
+                tree(
+                    dir,
+                    LEAF,
+                    &format!(", \"constants\": {{\"c\": \"{text}\"}}"),
+                )
+            },
+        ),
+        (
+            "crates/core/behavior/src/value.rs::MAX_NUMBERS",
+            |dir, limit| {
+                let numbers = vec!["1.0"; limit + 1].join(", ");
+                let root = format!(
+                    r#"{{"id": "n", "type": "MoveTo", "name": "n", "ports": {{"posture": [{numbers}]}}}}"#
+                );
+                tree(dir, &root, "")
+            },
+        ),
     ]
 }
 
@@ -411,30 +426,30 @@ fn nested(depth: usize) -> String {
 fn machines() -> Vec<(&'static str, Case)> {
     vec![
         (
-            "crates/behavior/src/machine/set.rs::MAX_MEMBERS",
+            "crates/core/behavior/src/machine/set.rs::MAX_MEMBERS",
             |dir, limit| machine(dir, &states(limit + 1)),
         ),
         (
-            "crates/behavior/src/machine/compile/states.rs::MAX_DEPTH",
+            "crates/core/behavior/src/machine/compile/states.rs::MAX_DEPTH",
             |dir, limit| machine(dir, &nested(limit + 1)),
         ),
         (
-            "crates/behavior/src/machine/read/machine.rs::MAX_DEPTH",
+            "crates/core/behavior/src/machine/read/machine.rs::MAX_DEPTH",
             |dir, limit| machine(dir, &nested(limit + 1)),
         ),
         (
-            "crates/behavior/src/machine/compile/mod.rs::MAX_ROWS",
+            "crates/core/behavior/src/machine/compile/mod.rs::MAX_ROWS",
             |dir, limit| {
                 let rows = ROW.replace('#', "").repeat(limit + 1);
                 machine(dir, &format!("{}{rows}", states(2)))
             },
         ),
         (
-            "crates/behavior/src/machine/compile/mod.rs::MAX_TRIGGERS",
+            "crates/core/behavior/src/machine/compile/mod.rs::MAX_TRIGGERS",
             |dir, limit| machine(dir, &format!("{}{}", states(2), times(ROW, limit + 1))),
         ),
         (
-            "crates/behavior/src/machine/read/fields.rs::MAX_NAME",
+            "crates/core/behavior/src/machine/read/fields.rs::MAX_NAME",
             |dir, limit| {
                 let name = "x".repeat(limit + 1);
                 machine(
@@ -449,7 +464,7 @@ fn machines() -> Vec<(&'static str, Case)> {
 fn matrices() -> Vec<(&'static str, Case)> {
     vec![
         (
-            "crates/behavior/src/matrix/ids.rs::MAX_EVENTS",
+            "crates/core/behavior/src/matrix/ids.rs::MAX_EVENTS",
             |dir, limit| {
                 let event = "n# = { do = \"Holding\", object = \"cube\" }\n";
                 let text = format!(
@@ -463,7 +478,7 @@ fn matrices() -> Vec<(&'static str, Case)> {
             },
         ),
         (
-            "crates/behavior/src/matrix/ids.rs::MAX_HANDLERS",
+            "crates/core/behavior/src/matrix/ids.rs::MAX_HANDLERS",
             |dir, limit| {
                 let handler = "h#.steps = [{ do = \"Stay\" }]\n";
                 let text = format!(

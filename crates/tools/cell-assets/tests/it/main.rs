@@ -1,0 +1,9 @@
+//! The integration tests of this package, in one program: it links once.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "a test that cannot continue has failed"
+)]
+
+mod command_line;
+mod spheres;
