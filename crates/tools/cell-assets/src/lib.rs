@@ -19,6 +19,7 @@ pub mod manifest;
 pub mod mesh;
 pub mod normals;
 pub mod package;
+pub mod program;
 pub mod spheres;
 pub mod unpack;
 pub mod wheel;

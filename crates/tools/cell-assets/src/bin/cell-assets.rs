@@ -1,12 +1,11 @@
 //! `robocell assets`.
 #![forbid(unsafe_code)]
 
-use std::io::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use cell_assets::manifest::Manifest;
-use cell_assets::{AssetError, Source, cache};
+use cell_assets::{AssetError, Source, cache, program};
 use cell_rt::stdout;
 use clap::{Args, Parser, Subcommand};
 
@@ -52,27 +51,15 @@ impl CacheArgs {
     }
 }
 
-/// Something that cannot be used, as for all commands of `robocell`.
-const CONFIGURATION: u8 = 3;
-
 fn main() -> ExitCode {
-    let done = run(Cli::parse().command).map_err(|error| error.to_string());
-    let written = stdout::finish();
-    let written = written.map_err(|error| format!("cannot write to standard output: {error}"));
-    match done.and(written) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            note(&format!("robocell: {error}"));
-            ExitCode::from(CONFIGURATION)
-        }
-    }
+    program::finish(run(Cli::parse().command))
 }
 
 fn run(command: Command) -> Result<(), AssetError> {
     match command {
         Command::Fetch { place, from, force } => {
             let source = from.map_or(Source::Index, Source::Wheel);
-            let done = cell_assets::fetch(&place.cache()?, &source, force, &mut note)?;
+            let done = cell_assets::fetch(&place.cache()?, &source, force, &mut program::note)?;
             let already = if done.already { "there already, " } else { "" };
             let (sum, path) = (summary(&done.manifest), done.meshes.display().to_string());
             stdout::line(format_args!("{already}{sum}: {path}"));
@@ -106,9 +93,4 @@ fn summary(manifest: &Manifest) -> String {
     let count = manifest.files.len();
     let (package, version) = (&manifest.package, &manifest.version);
     format!("{count} meshes, {triangles} triangles, {bytes} bytes, from {package} {version}")
-}
-
-/// A line on stderr. Where it cannot be written, nothing is left to say it with.
-fn note(line: &str) {
-    writeln!(std::io::stderr(), "{line}").ok();
 }

@@ -1,10 +1,10 @@
 //! `robocell spheres`.
 #![forbid(unsafe_code)]
 
-use std::io::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use cell_assets::program;
 use cell_assets::spheres::{Packages, Rules, SphereError, fit_robot};
 use cell_model::RobotFiles;
 use cell_rt::stdout;
@@ -25,20 +25,8 @@ struct Cli {
     package: Vec<String>,
 }
 
-/// Something that cannot be used, as for all commands of `robocell`.
-const CONFIGURATION: u8 = 3;
-
 fn main() -> ExitCode {
-    let done = run(Cli::parse()).map_err(|error| error.to_string());
-    let written = stdout::finish();
-    let written = written.map_err(|error| format!("cannot write to standard output: {error}"));
-    match done.and(written) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            note(&format!("robocell: {error}"));
-            ExitCode::from(CONFIGURATION)
-        }
-    }
+    program::finish(run(Cli::parse()))
 }
 
 fn run(cli: Cli) -> Result<(), SphereError> {
@@ -69,15 +57,10 @@ fn run(cli: Cli) -> Result<(), SphereError> {
             ""
         };
         let name = &link.name;
-        note(&format!(
+        program::note(&format!(
             "{name}: {count} spheres, at most {out:.0} mm out of it{from}"
         ));
     }
     stdout::line(fitted.xrdf.trim_end());
     Ok(())
-}
-
-/// A line on stderr. Where it cannot be written, nothing is left to say it with.
-fn note(line: &str) {
-    writeln!(std::io::stderr(), "{line}").ok();
 }
