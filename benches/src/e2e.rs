@@ -18,8 +18,9 @@ use ipc_types::topic::Process;
 
 use kills::{Kills, Sighting, strike};
 use launch::cli::{Cli, Command};
-use launch::failure::Failure;
-use launch::run::{End, LiveCell, Plan};
+use supervisor::failure::Failure;
+use supervisor::run::plan::Plan;
+use supervisor::run::{End, LiveCell};
 
 /// Demo of the bench.
 const DEMO: &str = "franka-stack";
@@ -154,7 +155,7 @@ pub(crate) fn plan(cell: &str) -> Result<Plan, Failure> {
     let cli = Cli::try_parse_from(["robocell", "run", DEMO, "--headless", "--cell", cell])
         .map_err(Failure::usage)?;
     match &cli.command {
-        Command::Run(args) => Plan::resolve(args),
+        Command::Run(args) => launch::run::resolve(args),
         _ => Err(Failure::usage("the bench starts a run")),
     }
 }

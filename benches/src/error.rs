@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use cell_sim::SimError;
-use launch::failure::Failure;
+use supervisor::failure::Failure;
 
 /// Reasons why control or physics cannot be measured.
 #[derive(Debug, thiserror::Error)]

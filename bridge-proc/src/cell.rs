@@ -8,7 +8,7 @@ use cell_model::{Cell, ModelError};
 use ipc_types::operator::ReplyCode;
 use ipc_types::topic::TopicId;
 use ipc_types::{Decision, OperatorRequest, TraceLine, WorldState};
-use launch::rundir::RunDir;
+use supervisor::rundir::RunDir;
 use thiserror::Error;
 
 /// Time limit for an answer of physics.

@@ -2,10 +2,10 @@
 
 use clap::ValueEnum;
 use ipc_types::operator::OperatorAction;
+use supervisor::failure::Failure;
 
 use crate::cli::{AssetsArgs, AssetsVerb, BenchArgs, Cli, Command, SpheresArgs};
 use crate::eval;
-use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::{chaos, client, complete, man, new, plot, record, replay, run, task_program};
 

@@ -13,8 +13,7 @@ use std::time::{Duration, Instant};
 
 use cell_rt::process::kill_tree;
 use cell_rt::signal::stop_requested;
-
-use crate::failure::{Code, Context as _, Failure};
+use supervisor::failure::{Code, Context as _, Failure};
 
 /// Answers of programs that come with the system or with us.
 pub(crate) const QUICK: Duration = Duration::from_secs(20);

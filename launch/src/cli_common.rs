@@ -4,12 +4,10 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use ipc_types::topic::Process;
+use supervisor::rundir::DEFAULT_CELL;
 
 use crate::cli_kinds::NameKind;
 use crate::cli_values::cell_name;
-
-/// Name of a cell when nothing else is said.
-pub(crate) const DEFAULT_CELL: &str = "cell";
 
 /// Which cell.
 #[derive(Clone, Debug, Args)]

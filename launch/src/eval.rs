@@ -9,9 +9,9 @@ use cell_model::cells::sweep::{Bounds, Values};
 use cell_model::runs::python;
 use cell_model::user_file;
 use evaluation::report::report;
+use supervisor::failure::{Context as _, Failure};
 
 use crate::cli::{BisectArgs, EpisodeArgs, EvalArgs, EvalVerb, ReportRowsArgs};
-use crate::failure::{Context as _, Failure};
 use crate::run::plan;
 use crate::{say, task_program};
 

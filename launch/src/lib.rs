@@ -1,11 +1,10 @@
-//! The launcher: run directory, services, supervision, and the commands that
-//! talk to a running cell. It runs no control code and links no process.
+//! The command line: `run`, which starts a cell, and the commands that talk to a running
+//! one. Supervision is the package `supervisor`.
 #![forbid(unsafe_code)]
 
 mod app;
 mod asked;
 pub mod chaos;
-mod child;
 pub mod cli;
 mod cli_behaviour;
 mod cli_common;
@@ -20,29 +19,20 @@ mod cli_status;
 mod cli_values;
 mod client;
 mod complete;
-mod control;
 mod eval;
-pub mod failure;
-mod flight;
-mod leftovers;
-pub mod lock;
 mod man;
 mod new;
 mod output;
 mod output_schema;
 mod page;
 mod plot;
-mod process_log;
-mod programs;
 mod progress;
 mod record;
 mod replay;
 pub mod run;
-pub mod rundir;
 mod say;
 mod shell;
 mod suggestion;
-pub mod supervisor;
 mod task_program;
 
 use std::ffi::OsString;
@@ -50,11 +40,11 @@ use std::process::ExitCode;
 
 use cell_rt::stdout;
 use clap::Parser as _;
-use failure::{Code, Context as _, Failure};
+use supervisor::failure::{Code, Context as _, Failure};
 
 /// Does what the command line `words` says and turns a failure into its exit code.
 pub fn main(words: &[OsString]) -> ExitCode {
-    run::preflight::raise_stack();
+    supervisor::run::preflight::raise_stack();
     let done = parse(words).and_then(|cli| cli.map_or(Ok(()), |cli| app::dispatch(&cli)));
     // What was done is of no use to a script that reads less of it.
     let written = stdout::finish().cannot("write to standard output");

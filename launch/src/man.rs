@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use clap::{Command, CommandFactory};
+use supervisor::failure::{Context, Failure};
 
 use crate::cli::{Cli, ManArgs};
-use crate::failure::{Context, Failure};
 use crate::say;
 use crate::suggestion::did_you_mean;
 

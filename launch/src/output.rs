@@ -1,8 +1,8 @@
 //! What commands print with `--json`: one object on the last line, or one a line.
 
 use serde::Serialize;
+use supervisor::failure::Failure;
 
-use crate::failure::Failure;
 use crate::say;
 
 /// Prints `value` as one object.

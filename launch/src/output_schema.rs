@@ -5,9 +5,9 @@ use cell_model::runs::output::schema;
 use cell_model::runs::summary::RunSummary;
 use clap::ValueEnum;
 use schemars::JsonSchema;
+use supervisor::failure::Failure;
 
 use crate::cli_kinds::OutputName;
-use crate::failure::Failure;
 use crate::{chaos, client, plot, record, say, task_program};
 
 /// `robocell schema output [NAME]`: the names without one.

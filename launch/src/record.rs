@@ -7,10 +7,10 @@ use std::time::Duration;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use supervisor::failure::{Context, Failure};
 
 use crate::cli::{RecordArgs, RecordVerb};
 use crate::client::Session;
-use crate::failure::{Context, Failure};
 use crate::run::plan::paths::new_file;
 use crate::{output, say};
 

@@ -4,11 +4,12 @@ use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus};
 
-use crate::child::{ENV_CACHE_DIR, cache_dir};
+use supervisor::child::{ENV_CACHE_DIR, cache_dir};
+use supervisor::failure::{Code, Context, Failure};
+use supervisor::programs::beside;
+use supervisor::rundir::RunDir;
+
 use crate::cli::ReplayArgs;
-use crate::failure::{Code, Context, Failure};
-use crate::programs::beside;
-use crate::rundir::RunDir;
 use crate::{page, say, task_program};
 
 /// Does what the command line says.
@@ -21,7 +22,7 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<(), Failure> {
     let lock = dir.take("replay")?;
     dir.set_recording(&file).cannot("note what is replayed")?;
     let shown = page::Page::new(args.listen.as_deref(), args.host.as_deref())?;
-    shown.save(&dir)?;
+    dir.save_page(shown.secrets())?;
     let page = shown.spec(&dir);
     // Nothing else says the link of a recording, so it can be used again.
     page::lines(&page, shown.secrets())

@@ -15,10 +15,10 @@ use cell_model::Cell;
 use cell_model::cells::replace::Replace;
 use cell_model::cells::setting::Setting;
 use cell_model::runs::python;
+use supervisor::failure::{Code, Context, Failure};
+use supervisor::programs::{beside, task_program};
 
 use crate::asked;
-use crate::failure::{Code, Context, Failure};
-use crate::programs::{beside, task_program};
 use crate::say;
 use crate::shell::{quoted, quoted_word};
 

@@ -6,8 +6,8 @@ use std::thread;
 use cell_rt::monotonic_ns;
 use ipc_types::health::Scheduling;
 use ipc_types::topic::Process;
-use launch::failure::Failure;
-use launch::run::{End, LiveCell};
+use supervisor::failure::Failure;
+use supervisor::run::{End, LiveCell};
 
 use super::count;
 use crate::e2e::{Series, WARM_UP_NS, WINDOW_NS, lateness, nanos, plan};

@@ -25,8 +25,9 @@ use ipc_types::topic::Process;
 
 use blocks::Blocks;
 use client::{Flood, Viewer};
-use launch::failure::Failure;
-use launch::run::{End, LiveCell, Plan};
+use supervisor::failure::Failure;
+use supervisor::run::plan::Plan;
+use supervisor::run::{End, LiveCell};
 use threads::Usage;
 
 const SECOND_NS: u64 = 1_000_000_000;
@@ -64,7 +65,7 @@ fn plan() -> Result<Plan, Failure> {
         launch::cli::Cli::try_parse_from(["robocell", "run", "franka-stack", "--cell", &cell])
             .map_err(Failure::usage)?;
     match &cli.command {
-        launch::cli::Command::Run(args) => Plan::resolve(args),
+        launch::cli::Command::Run(args) => launch::run::resolve(args),
         _ => Err(Failure::usage("the bench starts a run")),
     }
 }

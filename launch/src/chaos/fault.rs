@@ -10,11 +10,11 @@ use std::process::{Child, Command, Stdio};
 use cell_rt::clock::monotonic_ns;
 use cell_rt::process::{SIGCONT, SIGKILL, SIGSTOP, kill};
 use ipc_types::topic::Process;
+use supervisor::run::LiveCell;
 
 use super::random::Random;
 use crate::cli::ProcessName;
 use crate::cli_kinds::FaultKind;
-use crate::run::LiveCell;
 
 /// Busy loops beside the cell.
 const BUSY_LOOPS: usize = 8;

@@ -11,12 +11,14 @@ use cell_rt::signal::stop_requested;
 use clap::Parser;
 use ipc_types::topic::Process;
 use ipc_types::world::FLAG_ENDING;
+use supervisor::failure::{Code, Failure};
+use supervisor::leftovers::Leftovers;
+use supervisor::run::plan::Plan;
+use supervisor::run::{End, LiveCell};
 
 use crate::cli::{ChaosArgs, Cli, Command, ProcessName};
 use crate::cli_kinds::FaultKind;
-use crate::failure::{Code, Failure};
-use crate::leftovers::Leftovers;
-use crate::run::{End, LiveCell, Plan};
+use crate::run;
 use crate::{output, say};
 use fault::{Begun, Faults, Struck, kill_one};
 use kills::{Kills, Sight};
@@ -106,11 +108,11 @@ fn plan(args: &ChaosArgs, seed: u64) -> Result<Plan, Failure> {
     }
     let mut cli = Cli::try_parse_from(words).map_err(Failure::usage)?;
     match &mut cli.command {
-        Command::Run(run) => {
-            run.data = args.data.clone();
-            run.speed = args.speed;
-            run.bins = args.bins;
-            Plan::resolve(run)
+        Command::Run(words) => {
+            words.data = args.data.clone();
+            words.speed = args.speed;
+            words.bins = args.bins;
+            run::resolve(words)
         }
         _ => Err(Failure::usage("no run")),
     }

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use cell_model::runs::wire;
 use cell_rt::stdout;
+use supervisor::failure::{Context, Failure};
 
 use super::columns::terminal_width;
 use super::import;
@@ -14,7 +15,6 @@ use crate::cli::{
     BehaviourVerb, CheckArgs, DataArgs, SchemaArgs, SchemaKind, ShowArgs, TreeArgs, TreeVerb,
 };
 use crate::client::Session;
-use crate::failure::{Context, Failure};
 use crate::run::plan;
 use crate::{output_schema, say, task_program};
 

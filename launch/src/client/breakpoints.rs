@@ -6,6 +6,7 @@ use cell_model::runs::phase_name;
 use ipc_types::BreakName;
 use ipc_types::operator::OperatorAction;
 use serde_json::json;
+use supervisor::failure::Failure;
 
 use super::Session;
 use super::follow::Follower;
@@ -13,7 +14,6 @@ use super::operate::{ask_physics, request};
 use super::top::View;
 use super::watched::Trace;
 use crate::cli::BreakArgs;
-use crate::failure::Failure;
 use crate::say;
 use crate::suggestion::did_you_mean;
 

@@ -8,13 +8,13 @@ use cell_rt::memory::{free_bytes, is_tmpfs};
 use cell_rt::priority::{PHYSICS_PRIORITY, probe_fifo};
 use schemars::JsonSchema;
 use serde::Serialize;
+use supervisor::failure::{Code, Failure};
+use supervisor::leftovers::Leftovers;
+use supervisor::programs::beside;
+use supervisor::rundir::{RunDir, base};
 
 use super::measure::{Measured, measure};
 use crate::cli::{DoctorArgs, ReportArgs};
-use crate::failure::{Code, Failure};
-use crate::leftovers::Leftovers;
-use crate::programs::beside;
-use crate::rundir::{RunDir, base};
 use crate::{output, say};
 
 /// Where shared memory lives.

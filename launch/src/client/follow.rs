@@ -5,10 +5,10 @@ use std::time::{Duration, Instant};
 use cell_bus::{Bus, Latest};
 use ipc_types::WorldState;
 use ipc_types::topic::TopicId;
+use supervisor::failure::{Context, Failure};
 
 use super::Session;
 use super::operate::PATIENCE;
-use crate::failure::{Context, Failure};
 
 /// A state is published at least this often, or physics does not run.
 const SILENCE: Duration = Duration::from_secs(10);

@@ -7,13 +7,13 @@ use ipc_types::arm::NotReached;
 use ipc_types::operator::OperatorAction;
 use ipc_types::topic::TopicId;
 use ipc_types::{ArmStatus, GripperGoal, Pose, WorldState};
+use supervisor::failure::Failure;
 
 use super::Session;
 use super::approach::{Approach, Arrival, MOST_S};
 use super::follow::Follower;
 use super::operate::{ask_physics, request, tell};
 use crate::cli::{GripperArgs, GripperVerb, TargetArgs};
-use crate::failure::Failure;
 use crate::say;
 
 /// How long a status is waited for.

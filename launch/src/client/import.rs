@@ -4,10 +4,10 @@ use std::path::Path;
 
 use behavior::descriptor::{Include, Source};
 use cell_model::data::read_text;
+use supervisor::failure::Failure;
 use tree_import::{Imported, Leaf};
 
 use crate::cli::ImportArgs;
-use crate::failure::Failure;
 use crate::say;
 
 /// Prints the tree of an XML file as a tree file, and on stderr the leaves to provide.

@@ -5,12 +5,13 @@ use std::fmt::Write as _;
 use cell_model::runs::incident::{Head, Incident, Incidents, LoopTrace};
 use schemars::JsonSchema;
 use serde::Serialize;
+use supervisor::failure::{Context, Failure};
+use supervisor::flight;
+use supervisor::rundir::RunDir;
 
 use crate::cli::IncidentArgs;
-use crate::failure::{Context, Failure};
-use crate::rundir::RunDir;
 use crate::shell::quoted;
-use crate::{flight, output, say};
+use crate::{output, say};
 
 /// Columns of a plot.
 const COLUMNS: usize = 72;

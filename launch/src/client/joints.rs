@@ -3,13 +3,13 @@
 use ipc_types::operator::OperatorAction;
 use ipc_types::world::FLAG_PAUSED;
 use ipc_types::{ArmState, MAX_JOINTS, WorldState};
+use supervisor::failure::Failure;
 
 use super::Session;
 use super::follow::Follower;
 use super::hand::must_lead;
 use super::operate::{ask_physics, request};
 use crate::cli::JointsArgs;
-use crate::failure::Failure;
 use crate::say;
 
 /// Closer to the target than this is at it (rad or m): with a cube in the gripper the

@@ -6,10 +6,10 @@ use cell_model::runs::spec::RunSpec;
 use cell_model::{Cell, Data};
 use schemars::JsonSchema;
 use serde::Serialize;
+use supervisor::failure::Failure;
+use supervisor::rundir::RunDir;
 
 use crate::cli::ListArgs;
-use crate::failure::Failure;
-use crate::rundir::RunDir;
 use crate::{output, say};
 
 /// A cell file.

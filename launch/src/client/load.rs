@@ -2,10 +2,11 @@
 
 use std::time::{Duration, Instant};
 
+use supervisor::control::{Request, ask};
+use supervisor::failure::{Code, Failure};
+
 use super::Session;
 use crate::cli::LoadArgs;
-use crate::control::{Request, ask};
-use crate::failure::{Code, Failure};
 use crate::say;
 
 /// An orderly stop and a start take a few seconds.

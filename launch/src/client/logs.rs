@@ -6,11 +6,11 @@ use std::time::Duration;
 use cell_rt::stdout;
 use schemars::JsonSchema;
 use serde::Serialize;
+use supervisor::failure::{Context, Failure};
+use supervisor::process_log::Follower;
+use supervisor::rundir::RunDir;
 
 use crate::cli::LogsArgs;
-use crate::failure::{Context, Failure};
-use crate::process_log::Follower;
-use crate::rundir::RunDir;
 use crate::suggestion::did_you_mean;
 use crate::{output, say};
 

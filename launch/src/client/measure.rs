@@ -5,8 +5,7 @@ use cell_rt::priority::{PHYSICS_PRIORITY, request};
 use cell_rt::{Grid, Histogram, monotonic_ns};
 use schemars::JsonSchema;
 use serde::Serialize;
-
-use crate::failure::{Context, Failure};
+use supervisor::failure::{Context, Failure};
 
 /// Period of the loop (ns).
 const PERIOD_NS: u64 = 1_000_000;

@@ -40,12 +40,12 @@ pub(crate) use top::{Snapshot, top};
 use cell_bus::{Bus, RunSite};
 use cell_model::Cell;
 use cell_model::runs::spec::RunSpec;
+use supervisor::failure::{Context, Failure};
+use supervisor::lock::Holder;
+use supervisor::run::room::Room;
+use supervisor::rundir::RunDir;
 
-use crate::failure::{Context, Failure};
-use crate::lock::Holder;
 use crate::run::plan;
-use crate::run::room::Room;
-use crate::rundir::RunDir;
 
 /// A running cell, seen from outside.
 pub(crate) struct Session {

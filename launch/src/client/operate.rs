@@ -7,14 +7,14 @@ use cell_model::runs::spec::Speed;
 use ipc_types::operator::{OperatorAction, ReplyCode};
 use ipc_types::world::{FLAG_PAUSED, OBJECT_DRAGGED, PauseCause};
 use ipc_types::{OperatorReply, OperatorRequest, WorldState};
+use supervisor::control::{Reply, Request, ask};
+use supervisor::failure::{Context, Failure};
 
 use super::Session;
 use super::follow::Follower;
 use crate::cli::{
     AddBinArgs, CellArgs, DragArgs, DropPartsArgs, SpeedArgs, StepArgs, TaskArgs, TaskVerb,
 };
-use crate::control::{Reply, Request, ask};
-use crate::failure::{Context, Failure};
 use crate::say;
 use crate::suggestion::did_you_mean;
 

@@ -7,9 +7,9 @@ use ipc_types::TICK_NS;
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::world::FLAG_PAUSED;
 use ipc_types::{ArmStatus, Decision, Health, WorldState};
+use supervisor::failure::{Context, Failure};
 
 use super::Session;
-use crate::failure::{Context, Failure};
 
 /// Health arrives at 100 Hz; who is silent for this long is silent.
 const PATIENCE: Duration = Duration::from_millis(500);

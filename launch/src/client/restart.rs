@@ -6,14 +6,14 @@ use cell_bus::{Bus, Latest, Subscriber};
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::trace::TraceKind;
 use ipc_types::{Health, TraceLine};
+use supervisor::control::{Request, ask};
+use supervisor::failure::{Context, Failure};
+use supervisor::run::policy::choose;
 
 use super::Session;
 use super::follow::{Follower, check_lives};
 use super::operate::accepted;
 use crate::cli::{ProcessName, RestartArgs};
-use crate::control::{Request, ask};
-use crate::failure::{Context, Failure};
-use crate::run::plan::policy::choose;
 use crate::{say, task_program};
 
 /// A process that was asked to restart is back within this, or something is wrong.

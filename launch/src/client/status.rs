@@ -7,6 +7,7 @@ use ipc_types::world::{FLAG_PAUSED, PauseCause};
 use ipc_types::{Decision, WorldState};
 use schemars::JsonSchema;
 use serde::Serialize;
+use supervisor::failure::Failure;
 
 use super::Session;
 use super::columns::terminal_width;
@@ -15,7 +16,6 @@ use super::process_table;
 use super::scene::{self, ArmReport, ObjectReport};
 use super::top::equipment::Names;
 use crate::cli::ReportArgs;
-use crate::failure::Failure;
 use crate::{output, say};
 
 /// How a cell is doing: the result of `robocell status --json`.

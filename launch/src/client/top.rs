@@ -16,6 +16,7 @@ use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use schemars::JsonSchema;
 use serde::Serialize;
+use supervisor::failure::{Context, Failure};
 
 use self::screen::Screen;
 use super::Session;
@@ -24,7 +25,6 @@ use super::picture::Picture;
 use super::status::{Status, describe};
 use super::watched::Trace;
 use crate::cli::TopArgs;
-use crate::failure::{Context, Failure};
 use crate::{output, say};
 
 /// How often a frame is drawn.

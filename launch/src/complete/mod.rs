@@ -3,13 +3,12 @@
 use clap::CommandFactory;
 use clap_complete::Shell;
 use ipc_types::topic::Process;
+use supervisor::failure::Failure;
+use supervisor::rundir::{DEFAULT_CELL, RunDir};
 
 use crate::cli::{Cli, CompleteArgs};
-use crate::cli_common::DEFAULT_CELL;
 use crate::cli_kinds::NameKind;
 use crate::client::Session;
-use crate::failure::Failure;
-use crate::rundir::RunDir;
 use crate::{say, task_program};
 
 /// Prints the script for `shell`.

@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 use cell_model::user_file;
 use cell_rt::stdout;
 use evaluation::merge::{Merged, merge};
+use supervisor::failure::{Context as _, Failure};
 
 use crate::cli::MergeArgs;
-use crate::failure::{Context as _, Failure};
 use crate::say;
 
 /// Checks all files before a row is printed, or a file replaced.

@@ -5,9 +5,9 @@ use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 
 use cell_model::Data;
+use supervisor::failure::{Context as _, Failure};
 
 use crate::cli::{NewArgs, Way};
-use crate::failure::{Context as _, Failure};
 use crate::say;
 
 /// Packages a project depends on, and where they are in a checkout.

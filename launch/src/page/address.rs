@@ -1,12 +1,11 @@
 //! Where the page listens.
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener, UdpSocket};
-use std::rc::Rc;
+use std::sync::Arc;
 
 use cell_rt::lock::Lock;
 use cell_rt::process::user_id;
-
-use crate::failure::Failure;
+use supervisor::failure::Failure;
 
 /// Ports that are tried, in this order: away from those of the tools people run
 /// beside a cell.
@@ -17,7 +16,7 @@ const PORTS: std::ops::Range<u16> = 8600..8700;
 pub(crate) struct ListenAddress {
     /// Where to listen.
     pub(crate) address: SocketAddr,
-    _reserved: Option<Rc<Lock>>,
+    _reserved: Option<Arc<Lock>>,
 }
 
 /// The address `listen` names (`ADDR` or `ADDR:PORT`), or loopback. A port that
@@ -50,7 +49,7 @@ pub(crate) fn place(listen: Option<&str>) -> Result<ListenAddress, Failure> {
         let reserved = reserve(port)?;
         is_free(ip, port).then(|| ListenAddress {
             address: SocketAddr::new(ip, port),
-            _reserved: Some(Rc::new(reserved)),
+            _reserved: Some(Arc::new(reserved)),
         })
     });
     found.ok_or_else(|| {

@@ -7,9 +7,8 @@ pub(crate) mod dist;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 
 use cell_model::runs::spec::{PageSecrets, PageSpec};
-
-use crate::failure::{Context, Failure};
-use crate::rundir::RunDir;
+use supervisor::failure::{Context, Failure};
+use supervisor::rundir::RunDir;
 
 use address::{ListenAddress, place};
 pub(crate) use browser::open;
@@ -45,13 +44,6 @@ impl Page {
             hint,
             secrets: dir.page(),
         }
-    }
-
-    /// Writes down what opens it, in `dir`, which is there now.
-    pub(crate) fn save(&self, dir: &RunDir) -> Result<(), Failure> {
-        let path = dir.page();
-        let written = self.secrets.save(&path);
-        written.cannot(format_args!("write {}", path.display()))
     }
 
     /// The same page with the secrets of `dir`: the monitor replaces a token that

@@ -1,7 +1,8 @@
 //! Which signals a command line names.
 
+use supervisor::failure::Failure;
+
 use super::signals::Signal;
-use crate::failure::Failure;
 use crate::suggestion::did_you_mean;
 
 /// The signals named by `asked`, each once, in the order they are named and at most
@@ -63,7 +64,7 @@ mod tests {
 
     use super::super::signals::signals;
     use super::*;
-    use crate::failure::Code;
+    use supervisor::failure::Code;
 
     fn all() -> Vec<Signal> {
         let joints = (1..=7).map(|n| json!({ "name": format!("joint{n}") }));

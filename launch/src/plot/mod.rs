@@ -12,9 +12,9 @@ use cell_record::Recording;
 use evaluation::charts::{Line, Panel};
 use schemars::JsonSchema;
 use serde::Serialize;
+use supervisor::failure::{Context, Failure};
 
 use crate::cli::PlotArgs;
-use crate::failure::{Context, Failure};
 use crate::{output, say};
 use signals::Signal;
 
@@ -225,7 +225,7 @@ mod tests {
     use serde_json::json;
 
     use super::*;
-    use crate::failure::Code;
+    use supervisor::failure::Code;
 
     fn args(from: Option<f64>, to: Option<f64>) -> PlotArgs {
         PlotArgs {

@@ -2,30 +2,29 @@
 
 use std::path::{Path, PathBuf};
 
-use cell_model::runs::spec::{RecordSpec, RunSpec, Speed};
+use cell_model::runs::spec::{RecordSpec, RunSpec};
 use cell_model::runs::summary::RunSummary;
 use ipc_types::health::Scheduling;
+use supervisor::run::LiveCell;
+use supervisor::run::plan::title;
+use supervisor::rundir::DEFAULT_CELL;
 
-use super::{LiveCell, first_page};
-use crate::say;
+use super::first_page;
 use crate::shell::quoted;
+use crate::{page, say};
 
-/// `franka-stack, policy fsm, seed 0, real time (cell `cell`)`.
-pub(crate) fn title(spec: &RunSpec) -> String {
-    let speed = match spec.speed {
-        Speed::RealTime => "real time".to_owned(),
-        Speed::Max => "lockstep, as fast as it goes".to_owned(),
-        Speed::Factor(factor) => format!("lockstep, {factor} times real time"),
-    };
-    format!(
-        "{}, policy {}, seed {}, {speed} (cell `{}`)",
-        spec.demo, spec.policy, spec.seed, spec.cell
-    )
+/// What is started, and where its page is.
+pub(super) fn announce(live: &LiveCell, about_arms: &[String]) {
+    say::line(title(live.spec()));
+    about_arms.iter().for_each(say::line);
+    if let (Some(page), Some(secrets)) = (&live.spec().page, live.secrets()) {
+        page::lines(page, secrets).iter().for_each(say::line);
+    }
 }
 
 /// ` --cell NAME` for commands about the cell; empty for the default name.
 pub(super) fn cell_option(spec: &RunSpec) -> String {
-    if spec.cell == crate::cli_common::DEFAULT_CELL {
+    if spec.cell == DEFAULT_CELL {
         String::new()
     } else {
         format!(" --cell {}", spec.cell)

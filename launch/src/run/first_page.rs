@@ -9,8 +9,8 @@ use cell_rt::clock::monotonic_ns;
 use ipc_types::WorldState;
 use ipc_types::operator::OperatorAction;
 use ipc_types::world::{FLAG_PAUSED, PauseCause};
+use supervisor::run::LiveCell;
 
-use super::LiveCell;
 use crate::cli::RunArgs;
 
 /// Longest wait for a page that is not opened.

@@ -2,41 +2,31 @@
 
 mod arms;
 mod banner;
-mod bus_thread;
-mod faults;
 mod first_page;
-mod half_made;
-mod incident;
-mod live;
 mod narrator;
 mod one_process;
 pub(crate) mod plan;
-pub(crate) mod preflight;
-mod recording;
-pub(crate) mod room;
-mod standstill;
-mod starvation;
-mod watch;
-mod wish;
 
 use cell_model::runs::spec::RecordSpec;
 use cell_model::runs::summary::{RunOutcome, RunSummary};
+use supervisor::failure::{Code, Failure};
+use supervisor::run::plan::Plan;
+use supervisor::run::{End, LiveCell, recording};
 
 use crate::cli::RunArgs;
-use crate::failure::{Code, Failure};
 use crate::{output, page, say};
 use first_page::PageWait;
-pub use live::{End, LiveCell};
 use narrator::Narrator;
-pub use plan::Plan;
-pub use watch::Watch;
+pub use plan::resolve;
 
 /// With `--loop`: from the end of the task to the next seed (ticks of 1 ms).
 const LOOP_TICKS: u64 = 5000;
 
 /// Runs a cell as the command line says.
 pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
-    let mut plan = Plan::resolve(args)?;
+    let mut plan = resolve(args)?;
+    let mut waits_for_page = first_page::is_wanted(args, &plan.spec);
+    plan.spec.paused |= waits_for_page;
     if args.one_process {
         return one_process::run(&plan, args.json);
     }
@@ -44,10 +34,12 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     loop {
         let until_done = plan.spec.until_done;
         let record = plan.spec.record.clone();
-        let mut turns = Turns::new(args, &plan);
+        let waits_for_page = std::mem::take(&mut waits_for_page);
+        let mut turns = Turns::new(args, &plan, waits_for_page);
+        let about_arms = std::mem::take(&mut plan.about_arms);
         let live = LiveCell::start(plan)?;
         if !args.json {
-            live.announce();
+            banner::announce(&live, &about_arms);
         }
         if std::mem::take(&mut open) {
             page::open(live.spec().page.as_ref());
@@ -79,13 +71,14 @@ struct Turns {
 }
 
 impl Turns {
-    fn new(args: &RunArgs, plan: &Plan) -> Self {
+    fn new(args: &RunArgs, plan: &Plan, waits_for_page: bool) -> Self {
+        let stays = plan.spec.time_limit_s.is_none();
         Self {
-            greets: plan.stays && !args.json,
-            talks: plan.stays && !args.json,
-            loops: plan.loops(),
+            greets: stays && !args.json,
+            talks: stays && !args.json,
+            loops: plan.loops,
             narrator: Narrator::default(),
-            page_wait: plan.waits_for_page.then(PageWait::default),
+            page_wait: waits_for_page.then(PageWait::default),
             over_tick: None,
         }
     }

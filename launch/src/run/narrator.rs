@@ -2,8 +2,7 @@
 
 use ipc_types::Decision;
 use ipc_types::decision::Outcome;
-
-use super::LiveCell;
+use supervisor::run::LiveCell;
 
 /// Follows the outcome of the task.
 #[derive(Debug, Default)]

@@ -3,10 +3,10 @@
 use std::os::unix::fs::DirBuilderExt;
 
 use cell_model::runs::spec::ENDED_FILE;
+use supervisor::failure::{Code, Context, Failure};
+use supervisor::run::plan::Plan;
+use supervisor::rundir::{RunDir, base};
 
-use super::plan::Plan;
-use crate::failure::{Code, Context, Failure};
-use crate::rundir::{RunDir, base};
 use crate::task_program;
 
 /// Runs `plan` in one process. It needs no shared memory and no name, so many

@@ -8,161 +8,130 @@ pub(crate) mod policy;
 use std::fs;
 use std::io::Read;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use cell_model::runs::spec::{RecordSpec, RunSpec, Speed};
 use cell_model::runs::wire;
 use cell_model::{Cell, RobotFiles};
+use supervisor::failure::{Context, Failure};
+use supervisor::flight;
+use supervisor::run::plan::{Plan, Scene};
+use supervisor::rundir::RunDir;
 
-use super::{arms, first_page};
+use super::arms;
 use crate::cli::RunArgs;
-use crate::failure::{Context, Failure};
-use crate::flight;
 use crate::page::Page;
-use crate::rundir::RunDir;
 use inputs::Inputs;
 use paths::new_file;
 
 /// The demo for arms that users bring.
 const REACH: &str = "reach";
 
-/// A run that can be started.
-#[derive(Debug)]
-pub struct Plan {
-    /// What the processes are told.
-    pub spec: RunSpec,
-    /// Where the run lives.
-    pub(crate) dir: RunDir,
-    /// Names of the objects, in the order of the cell file.
-    pub(crate) objects: Vec<String>,
-    /// Policies the task can continue with.
-    pub(crate) policies: Vec<String>,
-    /// The run has no end of its own.
-    pub(crate) stays: bool,
-    /// Kill what seems to hang.
-    pub(crate) watchdog: bool,
-    /// Its page.
-    pub(crate) page: Option<Page>,
-    /// The arms in a few lines, where they are of interest.
-    pub(crate) about_arms: Vec<String>,
-    /// The cell is paused until its page is open, or for some seconds.
-    pub(super) waits_for_page: bool,
-    /// What was asked for.
-    args: RunArgs,
+/// Resolves the command line; the first thing that is wrong is the error.
+pub fn resolve(args: &RunArgs) -> Result<Plan, Failure> {
+    let page = (!args.headless && !args.one_process)
+        .then(|| Page::new(args.listen.as_deref(), args.host.as_deref()))
+        .transpose()?;
+    with_page(args, page)
 }
 
-impl Plan {
-    /// Resolves the command line; the first thing that is wrong is the error.
-    pub fn resolve(args: &RunArgs) -> Result<Self, Failure> {
-        let page = (!args.headless && !args.one_process)
-            .then(|| Page::new(args.listen.as_deref(), args.host.as_deref()))
-            .transpose()?;
-        let mut plan = Self::with_page(args, page)?;
-        plan.waits_for_page = first_page::is_wanted(args, &plan.spec);
-        plan.spec.paused |= plan.waits_for_page;
-        Ok(plan)
-    }
+fn with_page(args: &RunArgs, page: Option<Page>) -> Result<Plan, Failure> {
+    let inputs = Inputs::read(args)?;
+    let cell = inputs.cell;
+    let dir = RunDir::of(&args.cell.cell);
+    let limit = limit_of(args, &cell);
+    let (run, root, prefix) = site_of(&dir)?;
+    let about_arms = about_arms(args, &cell, inputs.robot.as_ref());
+    let spec = RunSpec {
+        contract: wire::contract(),
+        run,
+        cell: args.cell.cell.clone(),
+        demo: args.demo.clone(),
+        policy: inputs.policy,
+        seed: args.seed,
+        speed: args.speed,
+        data_dir: inputs.data_dir,
+        task_program: inputs.program,
+        controller_programs: inputs.controllers,
+        built_in_dir: PathBuf::new(),
+        run_dir: dir.path().to_owned(),
+        root,
+        prefix,
+        arms: u8::try_from(cell.arms.len()).unwrap_or(u8::MAX),
+        robot: inputs.robot,
+        script: inputs.script,
+        paused: args.paused,
+        bins: args.bins,
+        set: args.set.clone(),
+        replace: inputs.replace,
+        until_done: args.until_done,
+        time_limit_s: limit,
+        real_time: args.speed == Speed::RealTime,
+        page: page.as_ref().map(|page| page.spec(&dir)),
+        record: record_of(args, &dir)?,
+        incidents_dir: flight::incidents(&args.cell.cell, &dir),
+        warnings: inputs.warnings,
+    };
+    Ok(Plan {
+        spec,
+        dir,
+        objects: cell.objects.iter().map(|o| o.name.clone()).collect(),
+        policies: cell.policies,
+        loops: args.again,
+        watchdog: !args.no_watchdog,
+        secrets: page.as_ref().map(|page| page.secrets().clone()),
+        about_arms,
+        install: cell_files::install,
+        replaced: Arc::new({
+            let args = args.clone();
+            move |scene| replaced(&args, page.clone(), scene)
+        }),
+    })
+}
 
-    fn with_page(args: &RunArgs, page: Option<Page>) -> Result<Self, Failure> {
-        let inputs = Inputs::read(args)?;
-        let cell = inputs.cell;
-        let dir = RunDir::of(&args.cell.cell);
-        let limit = limit_of(args, &cell);
-        let (run, root, prefix) = site_of(&dir)?;
-        let about_arms = about_arms(args, &cell, inputs.robot.as_ref());
-        let spec = RunSpec {
-            contract: wire::contract(),
-            run,
-            cell: args.cell.cell.clone(),
-            demo: args.demo.clone(),
-            policy: inputs.policy,
-            seed: args.seed,
-            speed: args.speed,
-            data_dir: inputs.data_dir,
-            task_program: inputs.program,
-            controller_programs: inputs.controllers,
-            built_in_dir: PathBuf::new(),
-            run_dir: dir.path().to_owned(),
-            root,
-            prefix,
-            arms: u8::try_from(cell.arms.len()).unwrap_or(u8::MAX),
-            robot: inputs.robot,
-            script: inputs.script,
-            paused: args.paused,
-            bins: args.bins,
-            set: args.set.clone(),
-            replace: inputs.replace,
-            until_done: args.until_done,
-            time_limit_s: limit,
-            real_time: args.speed == Speed::RealTime,
-            page: page.as_ref().map(|page| page.spec(&dir)),
-            record: record_of(args, &dir)?,
-            incidents_dir: flight::incidents(&args.cell.cell, &dir),
-            warnings: inputs.warnings,
-        };
-        Ok(Self {
-            spec,
-            dir,
-            objects: cell.objects.iter().map(|o| o.name.clone()).collect(),
-            policies: cell.policies,
-            stays: limit.is_none(),
-            watchdog: !args.no_watchdog,
-            page,
-            about_arms,
-            waits_for_page: false,
-            args: args.clone(),
-        })
-    }
+/// The run of `scene` in place of that of `args`, on the same page.
+fn replaced(args: &RunArgs, page: Option<Page>, scene: Scene) -> Result<Plan, Failure> {
+    let dir = RunDir::of(&args.cell.cell);
+    let page = page.map(|page| page.with_secrets_of(&dir));
+    with_page(&args_of(args, scene), page)
+}
 
-    /// Whether another seed follows the end of the task.
-    pub(crate) fn loops(&self) -> bool {
-        self.args.again
-    }
-
-    /// The same run with the next seed.
-    pub(crate) fn next_seed(&self) -> Result<Self, Failure> {
-        let args = RunArgs {
-            seed: self.args.seed.wrapping_add(1),
+/// The command line of `scene`, after a run with that of `args`.
+fn args_of(args: &RunArgs, scene: Scene) -> RunArgs {
+    match scene {
+        Scene::NextSeed => RunArgs {
+            seed: args.seed.wrapping_add(1),
             paused: false,
-            ..self.args.clone()
-        };
-        Self::with_page(&args, self.kept_page())
-    }
-
-    fn kept_page(&self) -> Option<Page> {
-        let page = self.page.clone();
-        page.map(|page| page.with_secrets_of(&self.dir))
-    }
-
-    /// The run of another scene in place of this one, on the same page; it waits
-    /// for resume, and has no end of its own.
-    pub(crate) fn replaced(
-        &self,
-        demo: &str,
-        policy: Option<&str>,
-        seed: u64,
-        speed: Speed,
-    ) -> Result<Self, Failure> {
-        let args = RunArgs {
-            demo: demo.to_owned(),
-            policy: policy.map(str::to_owned),
+            ..args.clone()
+        },
+        Scene::Other {
+            demo,
+            policy,
             seed,
             speed,
-            paused: true,
-            until_done: false,
-            again: false,
-            timeout: None,
-            script: None,
-            record: None,
-            bins: self.args.bins.filter(|_| demo == self.args.demo),
-            set: Some(self.args.set.clone())
-                .filter(|_| demo == self.args.demo)
-                .unwrap_or_default(),
-            robot: Some(self.args.robot.clone())
-                .filter(|_| demo == self.args.demo)
-                .unwrap_or_default(),
-            ..self.args.clone()
-        };
-        Self::with_page(&args, self.kept_page())
+        } => {
+            let is_same = demo == args.demo;
+            RunArgs {
+                demo,
+                policy,
+                seed,
+                speed,
+                paused: true,
+                until_done: false,
+                again: false,
+                timeout: None,
+                script: None,
+                record: None,
+                bins: args.bins.filter(|_| is_same),
+                set: Some(args.set.clone())
+                    .filter(|_| is_same)
+                    .unwrap_or_default(),
+                robot: Some(args.robot.clone())
+                    .filter(|_| is_same)
+                    .unwrap_or_default(),
+                ..args.clone()
+            }
+        }
     }
 }
 

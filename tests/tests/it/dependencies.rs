@@ -183,6 +183,16 @@ fn nothing_but_the_benches_depends_on_the_launcher_or_the_tests() {
 }
 
 #[test]
+fn supervision_knows_no_command_line_however_far_down() {
+    let all = closure("robocell-supervisor");
+    assert!(
+        !all.contains("clap") && !all.contains("robocell-launch"),
+        "{all:?}"
+    );
+    assert!(dependencies()["robocell-launch"].contains("robocell-supervisor"));
+}
+
+#[test]
 fn the_six_packages_the_cell_is_made_of_are_used_directly() {
     let all = dependencies();
     for package in [

@@ -3,10 +3,11 @@
 use std::fs;
 use std::process::{Command, Stdio};
 
+use supervisor::programs::beside;
+
 use super::{Check, Severity};
 use crate::asked;
 use crate::page::dist;
-use crate::programs::beside;
 
 /// The page is built with this version of Node.js or a newer one.
 const LEAST_NODE: u32 = 20;

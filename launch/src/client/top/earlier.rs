@@ -1,9 +1,9 @@
 //! What the task said before `top` was started, from the log the monitor keeps.
 
-use crate::process_log::tail;
-use crate::rundir::RunDir;
-
 /// Name of that log.
+use supervisor::process_log::tail;
+use supervisor::rundir::RunDir;
+
 const LOG: &str = "trace";
 /// More lines than a terminal has.
 const LINES: usize = 60;

@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use cell_model::cells::setting::Setting;
 use cell_model::{Cell, Data, RobotFiles};
+use supervisor::failure::Failure;
 
 use super::paths::absolute;
 use crate::cli::{RobotArgs, RunArgs};
-use crate::failure::Failure;
 
 /// The cell as the run has it.
 pub(super) fn cell_of(

@@ -6,12 +6,12 @@ use cell_model::cells::replace::{Replace, of_arguments};
 use cell_model::cells::script::{self, ScriptLine};
 use cell_model::runs::report;
 use cell_model::{Cell, RobotFiles, user_file};
+use supervisor::failure::{Context, Failure};
 
 use super::cell::{cell_of, check_control, check_one_process, robot_files};
 use super::paths::absolute;
 use super::policy::policy_of;
 use crate::cli::RunArgs;
-use crate::failure::{Context, Failure};
 use crate::{say, task_program};
 
 /// The files and programs of a run, read and checked.

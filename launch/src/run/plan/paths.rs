@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::failure::{Context, Failure};
+use supervisor::failure::{Context, Failure};
 
 /// A file system with less room than this takes no recording (bytes).
 const LEAST_FREE_BYTES: u64 = 1 << 20;

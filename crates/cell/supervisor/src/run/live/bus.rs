@@ -9,7 +9,7 @@ use crate::failure::{Context, Failure};
 use crate::run::bus_thread::BusThread;
 use crate::run::half_made::HalfMadeSweep;
 use crate::run::watch::Watch;
-use crate::supervisor::Event;
+use crate::supervision::Event;
 use crate::{leftovers, say};
 
 /// How long the launcher's own ports may hear nothing before the run is given up (ns).

@@ -17,7 +17,7 @@ const COMMAND: u64 = 256 << 10;
 
 /// Looks at the file systems a process writes to.
 #[derive(Debug)]
-pub(crate) struct Room {
+pub struct Room {
     needs: [(PathBuf, u64); 2],
     /// Whose needs they are, in words.
     of: &'static str,
@@ -34,7 +34,7 @@ impl Room {
     }
 
     /// For a command that joins the cell with its run directory at `run_dir`.
-    pub(crate) fn of_command(run_dir: &Path) -> Self {
+    pub fn of_command(run_dir: &Path) -> Self {
         Self {
             needs: [(SHM.into(), COMMAND), (run_dir.to_owned(), COMMAND)],
             of: "a command",
@@ -42,7 +42,7 @@ impl Room {
     }
 
     /// What lacks, in words; `None` where there is room.
-    pub(crate) fn lack(&self) -> Option<String> {
+    pub fn lack(&self) -> Option<String> {
         let lack = |(path, needed): &(PathBuf, u64)| {
             // What cannot be looked at is no reason to wait.
             let free = free_bytes(path).ok()?;

@@ -8,14 +8,14 @@ use super::read_from;
 
 /// A log, and how far it was read.
 #[derive(Debug)]
-pub(crate) struct Follower {
+pub struct Follower {
     file: File,
     position: u64,
 }
 
 impl Follower {
     /// Of the log at `path`.
-    pub(crate) fn open(path: &Path) -> io::Result<Self> {
+    pub fn open(path: &Path) -> io::Result<Self> {
         Ok(Self {
             file: File::open(path)?,
             position: 0,
@@ -23,7 +23,7 @@ impl Follower {
     }
 
     /// Appends what is new to `out`.
-    pub(crate) fn read(&mut self, out: &mut Vec<u8>) -> io::Result<()> {
+    pub fn read(&mut self, out: &mut Vec<u8>) -> io::Result<()> {
         if self.file.metadata()?.len() < self.position {
             // A file system without holes: the log began again.
             out.extend_from_slice(MISSING);

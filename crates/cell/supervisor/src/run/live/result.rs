@@ -7,6 +7,7 @@ use ipc_types::world::FLAG_ENDING;
 use ipc_types::{Decision, Wire};
 
 use super::{End, LiveCell};
+use crate::run::plan::Scene;
 
 impl LiveCell {
     /// What was reached so far.
@@ -39,7 +40,7 @@ impl LiveCell {
     }
 
     /// Names of the objects in place.
-    pub(crate) fn names(&self, decision: &Decision) -> Vec<String> {
+    pub fn names(&self, decision: &Decision) -> Vec<String> {
         let count = (decision.placed_count as usize).min(decision.placed.len());
         let objects = &self.plan.objects;
         let name = |index: &u32| objects.get(*index as usize).cloned();
@@ -47,8 +48,8 @@ impl LiveCell {
     }
 
     /// Sets the same scene up again with the next seed.
-    pub(crate) fn play_next_seed(&mut self) {
-        match self.plan.next_seed() {
+    pub fn play_next_seed(&mut self) {
+        match (self.plan.replaced)(Scene::NextSeed) {
             Ok(plan) => self.finish_with(End::Replaced(Box::new(plan))),
             Err(failure) => self.finish_with(End::GaveUp(failure)),
         }

@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 
 use cell_model::runs::children::ChildId;
 use cell_model::runs::record::RecordReport;
+use cell_model::runs::spec::PageSecrets;
 use cell_rt::memory::is_tmpfs;
 use cell_rt::process::user_id;
 
@@ -21,6 +22,9 @@ use crate::lock::{Holder, Lock};
 
 /// Names the base directory of all cells.
 pub const ENV_RUN_DIR: &str = "ROBOCELL_RUN_DIR";
+
+/// Name of a cell when nothing else is said.
+pub const DEFAULT_CELL: &str = "cell";
 
 /// The file that marks a run directory: everything beside it may be deleted.
 const MARKER: &str = ".robocell";
@@ -117,12 +121,12 @@ impl RunDir {
     }
 
     /// The recording that is replayed; none in a cell.
-    pub(crate) fn recording(&self) -> Option<PathBuf> {
+    pub fn recording(&self) -> Option<PathBuf> {
         fs::read_link(self.path.join(RECORDING)).ok()
     }
 
     /// Notes that `file` is replayed.
-    pub(crate) fn set_recording(&self, file: &Path) -> io::Result<()> {
+    pub fn set_recording(&self, file: &Path) -> io::Result<()> {
         std::os::unix::fs::symlink(file, self.path.join(RECORDING))
     }
 
@@ -134,6 +138,13 @@ impl RunDir {
     /// What opens the page.
     pub fn page(&self) -> PathBuf {
         self.path.join("page.json")
+    }
+
+    /// Writes down what opens the page, in the directory, which is there now.
+    pub fn save_page(&self, secrets: &PageSecrets) -> Result<(), Failure> {
+        let path = self.page();
+        let written = secrets.save(&path);
+        written.cannot(format_args!("write {}", path.display()))
     }
 
     /// Socket between the recorder and the commands that talk to it.
@@ -160,7 +171,7 @@ impl RunDir {
     ///
     /// # Errors
     /// Where nobody does, or the directory may not be read.
-    pub(crate) fn running(&self, cell: &str) -> Result<Holder, Failure> {
+    pub fn running(&self, cell: &str) -> Result<Holder, Failure> {
         let holder = Lock::holder(&self.path.join("lock"));
         let what = format!("tell whether cell `{cell}` runs: {}", self.path.display());
         holder

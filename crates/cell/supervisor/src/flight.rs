@@ -15,7 +15,7 @@ const DISK_BYTES: u64 = 640 << 20;
 const MEMORY_BYTES: u64 = 96 << 20;
 
 /// The ring of `cell`.
-pub(crate) fn ring(cell: &str, dir: &RunDir) -> RecordSpec {
+pub fn ring(cell: &str, dir: &RunDir) -> RecordSpec {
     match state_dir() {
         Some(state) => RecordSpec {
             flight_dir: state.join("flight").join(cell),
@@ -31,7 +31,7 @@ pub(crate) fn ring(cell: &str, dir: &RunDir) -> RecordSpec {
 }
 
 /// The incidents of `cell`.
-pub(crate) fn incidents(cell: &str, dir: &RunDir) -> PathBuf {
+pub fn incidents(cell: &str, dir: &RunDir) -> PathBuf {
     state_dir().map_or_else(
         || dir.path().join("incidents"),
         |state| state.join("incidents").join(cell),

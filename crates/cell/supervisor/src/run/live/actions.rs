@@ -7,7 +7,7 @@ use crate::child::last_words;
 use crate::failure::Failure;
 use crate::run::starvation;
 use crate::say;
-use crate::supervisor::{Action, Event};
+use crate::supervision::{Action, Event};
 
 impl LiveCell {
     pub(super) fn tell(&mut self, now: u64, event: Event) {

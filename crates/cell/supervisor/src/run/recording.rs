@@ -53,7 +53,7 @@ impl RecordWatch {
 }
 
 /// Whether what the person asked for is not in the file.
-pub(super) fn failed(spec: &RecordSpec, summary: &RunSummary) -> bool {
+pub fn failed(spec: &RecordSpec, summary: &RunSummary) -> bool {
     spec.file.is_some() && summary.record_error.is_some()
 }
 

@@ -4,7 +4,7 @@ use cell_rt::process::{SIGBUS, SIGKILL};
 use ipc_types::topic::Process;
 
 use super::{Lifecycle, MAX_HUNG_STARTS, MIN_RUN, Slot};
-use crate::supervisor::{Action, Exit, MS};
+use crate::supervision::{Action, Exit, MS};
 
 /// A process that ran for longer than this is started again at once.
 pub(super) const LONG_LIFE: u64 = 1_000 * MS;
@@ -23,7 +23,7 @@ const RETRY_MAX: u64 = 300_000 * MS;
 
 impl Slot {
     /// It ended while there was no room for what it writes: that is no crash.
-    pub(in crate::supervisor) fn ended_without_room(
+    pub(in crate::supervision) fn ended_without_room(
         &mut self,
         now: u64,
         exit: Exit,
@@ -40,7 +40,7 @@ impl Slot {
         }
     }
 
-    pub(in crate::supervisor) fn exited(&mut self, now: u64, exit: Exit, out: &mut Vec<Action>) {
+    pub(in crate::supervision) fn exited(&mut self, now: u64, exit: Exit, out: &mut Vec<Action>) {
         let process = self.process;
         let hung = self.state == Lifecycle::Killed;
         let worked = self.state == Lifecycle::Up;
@@ -69,7 +69,7 @@ impl Slot {
     }
 
     /// Nothing of a cell depends on its monitor, so that one is tried again.
-    pub(in crate::supervisor) fn give_up(
+    pub(in crate::supervision) fn give_up(
         &mut self,
         now: u64,
         reason: String,

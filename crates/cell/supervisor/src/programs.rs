@@ -51,12 +51,12 @@ impl Programs {
 }
 
 /// Path of a task program, or of the built-in one.
-pub(crate) fn task_program(program: Option<&Path>) -> Result<PathBuf, Failure> {
+pub fn task_program(program: Option<&Path>) -> Result<PathBuf, Failure> {
     program.map_or_else(|| beside(TASK), |path| Ok(path.to_owned()))
 }
 
 /// The path of `program` beside our own executable.
-pub(crate) fn beside(program: &str) -> Result<PathBuf, Failure> {
+pub fn beside(program: &str) -> Result<PathBuf, Failure> {
     let own = std::env::current_exe().map_err(Failure::configuration)?;
     let path = own.with_file_name(program);
     if path.is_file() {

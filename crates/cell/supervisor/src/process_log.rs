@@ -15,7 +15,7 @@ use std::path::Path;
 use cell_rt::hole;
 
 pub(crate) use bounds::LogBounds;
-pub(crate) use follower::Follower;
+pub use follower::Follower;
 
 /// Most bytes that a log occupies. A task that prints megabytes must not fill the memory
 /// that the cell works in.
@@ -25,7 +25,7 @@ const LIMIT: u64 = 10_000_000;
 const FULL: u64 = 8_000_000;
 
 /// The last `bytes` of the log at `path`; nothing where there is none.
-pub(crate) fn tail(path: &Path, bytes: u64) -> String {
+pub fn tail(path: &Path, bytes: u64) -> String {
     let end = end_of(path, bytes).unwrap_or_default();
     String::from_utf8_lossy(&end).into_owned()
 }

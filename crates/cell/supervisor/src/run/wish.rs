@@ -4,8 +4,8 @@ use ipc_types::topic::Process;
 
 use super::faults::named;
 use super::live::End;
-use super::plan::Plan;
-use super::plan::policy::choose;
+use super::plan::{Plan, Scene, title};
+use super::policy::choose;
 use crate::control::Request;
 use crate::failure::Failure;
 
@@ -31,8 +31,13 @@ pub(super) fn consider(
             speed,
         } => {
             let speed = speed.parse().map_err(Failure::usage)?;
-            let next = plan.replaced(&demo, policy.as_deref(), seed, speed)?;
-            let mut message = format!("setting up {}", super::banner::title(&next.spec));
+            let next = (plan.replaced)(Scene::Other {
+                demo,
+                policy,
+                seed,
+                speed,
+            })?;
+            let mut message = format!("setting up {}", title(&next.spec));
             for warning in &next.spec.warnings {
                 message.push_str("; warning: ");
                 message.push_str(warning);

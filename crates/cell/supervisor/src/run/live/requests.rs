@@ -8,7 +8,7 @@ use super::LiveCell;
 use crate::control::Reply;
 use crate::run::faults::FaultStep;
 use crate::run::wish::{Wish, consider};
-use crate::supervisor::Event;
+use crate::supervision::Event;
 
 impl LiveCell {
     pub(super) fn act_on_script(&mut self, now: u64) {

@@ -8,7 +8,7 @@ use ipc_types::world::{FLAG_ENDING, FLAG_LOCKSTEP, FLAG_PAUSED};
 
 use super::{End, LiveCell};
 use crate::failure::Failure;
-use crate::supervisor::Event;
+use crate::supervision::Event;
 
 impl LiveCell {
     /// The first end counts; then everything stops in order.
@@ -31,7 +31,7 @@ impl LiveCell {
         let Some(state) = self.watch.state() else {
             return;
         };
-        let gives_start = self.plan.spec.until_done || self.plan.loops();
+        let gives_start = self.plan.spec.until_done || self.plan.loops;
         if state.has(FLAG_ENDING) {
             if let Some(summary) = self.summary() {
                 self.finish_with(End::Finished(Box::new(summary)));

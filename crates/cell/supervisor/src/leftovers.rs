@@ -15,15 +15,18 @@ const SHM: &str = "/dev/shm";
 
 /// What lies about of earlier runs of one run directory.
 #[derive(Debug, Default)]
-pub(crate) struct Leftovers {
-    pub(crate) processes: Vec<ChildId>,
-    pub(crate) segments: Vec<PathBuf>,
-    pub(crate) files: Vec<PathBuf>,
+pub struct Leftovers {
+    /// Processes that still run.
+    pub processes: Vec<ChildId>,
+    /// Segments of shared memory.
+    pub segments: Vec<PathBuf>,
+    /// Files of a run that did not end.
+    pub files: Vec<PathBuf>,
 }
 
 impl Leftovers {
     /// Looks. Log files and the run file of a run that ended well are none.
-    pub(crate) fn find(dir: &RunDir) -> Self {
+    pub fn find(dir: &RunDir) -> Self {
         let mut processes = ChildId::all(dir.path());
         processes.retain(exists);
         Self {
@@ -37,11 +40,12 @@ impl Leftovers {
     }
 
     /// How many things there are.
-    pub(crate) fn count(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.processes.len() + self.segments.len() + self.files.len()
     }
 
-    pub(crate) fn is_empty(&self) -> bool {
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
         self.count() == 0
     }
 }

@@ -21,7 +21,7 @@ const MAX_CLIENTS: usize = 64;
 /// Something only the launcher can do.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "ask", rename_all = "snake_case")]
-pub(crate) enum Request {
+pub enum Request {
     /// Stop the cell.
     Down,
     /// Restart processes.
@@ -47,11 +47,11 @@ pub(crate) enum Request {
 
 /// The launcher's answer.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) struct Reply {
+pub struct Reply {
     /// Whether it is done or under way.
-    pub(crate) ok: bool,
+    pub ok: bool,
     /// What to tell the person.
-    pub(crate) message: String,
+    pub message: String,
 }
 
 /// The launcher's end. Nothing a client does or leaves undone makes it wait.
@@ -146,7 +146,7 @@ fn reply_to(line: &str, answer: &mut impl FnMut(Request) -> Reply) -> Reply {
 }
 
 /// Asks the launcher whose socket is at `path`.
-pub(crate) fn ask(path: &Path, request: &Request) -> Result<Reply, Failure> {
+pub fn ask(path: &Path, request: &Request) -> Result<Reply, Failure> {
     let talk = || -> io::Result<Reply> {
         let mut stream = UnixStream::connect(path)?;
         stream.set_read_timeout(Some(Duration::from_secs(5)))?;

@@ -87,7 +87,7 @@ impl From<Code> for ExitCode {
 }
 
 /// Adds what was being done to an input/output error.
-pub(crate) trait Context<T> {
+pub trait Context<T> {
     /// `what` as in "cannot {what}: {error}".
     fn cannot(self, what: impl fmt::Display) -> Result<T, Failure>;
 }

@@ -15,7 +15,7 @@ use ipc_types::topic::Process;
 use super::watch::Watch;
 use crate::child::last_words;
 use crate::lock::utc;
-use crate::rundir::RunDir;
+use crate::rundir::{DEFAULT_CELL, RunDir};
 use crate::say;
 use draft::{Draft, ms, write_all};
 
@@ -167,7 +167,7 @@ impl IncidentRecorder {
     pub(super) fn hint(&self, number: u32) -> String {
         let cell = self.dir.path().file_name().unwrap_or_default();
         match cell.to_str() {
-            Some(cell) if cell != crate::cli_common::DEFAULT_CELL => {
+            Some(cell) if cell != DEFAULT_CELL => {
                 format!("`robocell incident {number} --cell {cell}` shows it")
             }
             _ => format!("`robocell incident {number}` shows it"),

@@ -17,7 +17,7 @@
 use cell_rt::process::Share;
 use ipc_types::topic::Process;
 
-use crate::supervisor::Event;
+use crate::supervision::Event;
 
 /// A process that has been silent for this long is looked at in every turn (ns).
 const SILENT_NS: u64 = 20_000_000;

@@ -39,8 +39,8 @@ use crate::lock::Lock;
 use crate::process_log::LogBounds;
 use crate::programs::Programs;
 use crate::rundir::RunDir;
-use crate::supervisor::{Event, Rules, Supervisor};
-use crate::{leftovers, page, say};
+use crate::supervision::{Event, Rules, Supervisor};
+use crate::{leftovers, say};
 
 /// How often the launcher looks.
 const TURN: Duration = Duration::from_millis(5);
@@ -117,12 +117,12 @@ impl LiveCell {
         std::fs::create_dir_all(plan.dir.black_boxes())
             .cannot("make the directory of the black boxes")?;
         plan.spec.built_in_dir =
-            cell_files::install(&plan.dir.data()).cannot("write the built-in cells")?;
+            (plan.install)(&plan.dir.data()).cannot("write the built-in cells")?;
         plan.spec
             .save(&plan.dir.spec())
             .map_err(Failure::configuration)?;
-        if let Some(page) = &plan.page {
-            page.save(&plan.dir)?;
+        if let Some(secrets) = &plan.secrets {
+            plan.dir.save_page(secrets)?;
         }
         let site = RunSite {
             root: plan.spec.root.clone(),
@@ -166,24 +166,13 @@ impl LiveCell {
         })
     }
 
-    /// What is started, and where its page is.
-    pub fn announce(&self) {
-        say::line(super::banner::title(&self.plan.spec));
-        self.plan.about_arms.iter().for_each(say::line);
-        if let (Some(spec), Some(page)) = (&self.plan.spec.page, &self.plan.page) {
-            page::lines(spec, page.secrets())
-                .into_iter()
-                .for_each(say::line);
-        }
-    }
-
     /// What the processes were told.
     pub fn spec(&self) -> &RunSpec {
         &self.plan.spec
     }
 
     /// Where it lives.
-    pub(crate) fn run_dir(&self) -> &RunDir {
+    pub fn run_dir(&self) -> &RunDir {
         &self.plan.dir
     }
 
@@ -194,7 +183,7 @@ impl LiveCell {
 
     /// What opens its page.
     pub fn secrets(&self) -> Option<&PageSecrets> {
-        self.plan.page.as_ref().map(page::Page::secrets)
+        self.plan.secrets.as_ref()
     }
 
     /// What is heard of the processes.
@@ -216,7 +205,7 @@ impl LiveCell {
     }
 
     /// Asks physics, as an operator would.
-    pub(super) fn ask(&mut self, action: OperatorAction) {
+    pub fn ask(&mut self, action: OperatorAction) {
         self.bus.ask(action, 0);
     }
 

@@ -18,7 +18,7 @@ use ipc_types::topic::Process;
 use crate::process_log;
 use crate::programs::Programs;
 use crate::rundir::RunDir;
-use crate::supervisor::Exit;
+use crate::supervision::Exit;
 
 /// `command` with nothing of our environment but what a process may use.
 pub(crate) fn clean(command: &mut Command) {
@@ -35,11 +35,11 @@ pub(crate) fn clean(command: &mut Command) {
 }
 
 /// Names the directory of what was fetched.
-pub(crate) const ENV_CACHE_DIR: &str = "ROBOCELL_CACHE_DIR";
+pub const ENV_CACHE_DIR: &str = "ROBOCELL_CACHE_DIR";
 
 /// Where `assets fetch` keeps what it fetched: the rule of that program, told to
 /// processes that know nothing of our environment.
-pub(crate) fn cache_dir() -> Option<PathBuf> {
+pub fn cache_dir() -> Option<PathBuf> {
     cell_rt::user_dir(
         |name| std::env::var_os(name),
         ENV_CACHE_DIR,

@@ -5,7 +5,7 @@ use ipc_types::topic::Process;
 use ipc_types::{Decision, Health, WorldState};
 
 use super::bus_thread::News;
-use crate::supervisor::Event;
+use crate::supervision::Event;
 
 /// Different faults that are told of one cell.
 const MOST_FAULTS: usize = 20;
@@ -153,7 +153,7 @@ mod tests {
     use super::*;
     use ipc_types::{Header, Text, Wire};
 
-    use crate::supervisor::{Action, Rules, Supervisor};
+    use crate::supervision::{Action, Rules, Supervisor};
 
     /// What a launcher hears that was not scheduled for `gap_ns`, while the processes
     /// worked.

@@ -78,7 +78,7 @@ impl Granted {
 
 /// Gives this process and its children the usual stack, where the user may: a low
 /// limit is met by a stack overflow, long before it could be reported.
-pub(crate) fn raise_stack() {
+pub fn raise_stack() {
     // What cannot be raised is refused by `check`.
     raise(Resource::Stack, USUAL_STACK).ok();
 }

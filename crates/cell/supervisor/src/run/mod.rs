@@ -1,0 +1,19 @@
+//! One cell from its first process to its end.
+
+mod bus_thread;
+mod faults;
+mod half_made;
+mod incident;
+mod live;
+pub mod plan;
+pub mod policy;
+pub mod preflight;
+pub mod recording;
+pub mod room;
+mod standstill;
+mod starvation;
+mod watch;
+mod wish;
+
+pub use live::{End, LiveCell};
+pub use watch::Watch;
