@@ -8,7 +8,7 @@ import type { ViewApi } from "./view-api";
 /** The cell that commands speak to when none is named. */
 const USUAL_CELL = "cell";
 
-export class Desk {
+export class PanelContext {
   readonly pulse = new Pulse();
   private selected = 0;
   private readonly armListeners = new Set<(arm: number) => void>();
@@ -96,8 +96,8 @@ export class Desk {
     return named ? commands.split("; ").map((one) => `${one} --cell ${cell}`).join("; ") : commands;
   }
 
-  say(text: string, bad = false): void {
-    this.store.tell("notice", { text, bad });
+  notify(text: string, bad = false): void {
+    this.store.emit("notice", { text, bad });
   }
 
   /** Why nothing can be commanded now, or null. */

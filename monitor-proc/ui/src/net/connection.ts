@@ -37,7 +37,7 @@ export function connect(store: Store, url: string): void {
     next.onopen = () => {
       retry = FIRST_RETRY_MS;
       store.connected = true;
-      store.tell("connection", true);
+      store.emit("connection", true);
     };
     next.onmessage = ({ data }: MessageEvent<ArrayBuffer | string>) => {
       if (data instanceof ArrayBuffer) {
@@ -50,7 +50,7 @@ export function connect(store: Store, url: string): void {
     };
     next.onclose = () => {
       for (const id of [...waiting.keys()]) settle(refused(id, "the connection was lost"));
-      if (store.connected) store.tell("connection", false);
+      if (store.connected) store.emit("connection", false);
       store.connected = false;
       setTimeout(open, retry);
       retry = Math.min(2 * retry, LAST_RETRY_MS);
