@@ -74,7 +74,7 @@ pub struct PlayOrder {
 /// A command of a page.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Command {
-    /// For a [`super::desk::Desk`]; the text is for the journal.
+    /// For a [`super::queue::CommandQueue`]; the text is for the log.
     Order(Order, String),
     /// Show another time to this client only; `None`: live.
     Seek(PlayOrder),
@@ -144,7 +144,7 @@ fn operate(verb: &str, fields: &Fields<'_>, names: &Names) -> Result<Command, St
     // All fields have a valid value from here on; the match below sets those of the action.
     let mut request = OperatorRequest::zeroed();
     request.pose = Pose::IDENTITY;
-    let mut said = verb.replace('_', " ");
+    let mut description = verb.replace('_', " ");
     let action = match verb {
         "pause" => OperatorAction::Pause,
         "resume" => OperatorAction::Resume,
@@ -165,18 +165,21 @@ fn operate(verb: &str, fields: &Fields<'_>, names: &Names) -> Result<Command, St
             request.count = u32::from(fields.flag("flipped")?);
             OperatorAction::AddBin
         }
-        "drag" => drag(&mut request, &mut said, fields, names)?,
+        "drag" => drag(&mut request, &mut description, fields, names)?,
         "target" => target(&mut request, fields, names)?,
         "joints" => joints(&mut request, fields, names)?,
-        "break" => breakpoint(&mut request, &mut said, fields)?,
-        "speed" => speed(&mut request, &mut said, fields)?,
-        _ => gripper(&mut request, &mut said, fields, names)?,
+        "break" => breakpoint(&mut request, &mut description, fields)?,
+        "speed" => speed(&mut request, &mut description, fields)?,
+        _ => gripper(&mut request, &mut description, fields, names)?,
     };
     request.action = action.code();
     if matches!(verb, "step" | "drop_parts") {
-        said = format!("{said} {}", request.count);
+        description = format!("{description} {}", request.count);
     }
-    Ok(Command::Order(Order::Operate(Box::new(request)), said))
+    Ok(Command::Order(
+        Order::Operate(Box::new(request)),
+        description,
+    ))
 }
 
 /// The field `count`; `least` if it is missing.
@@ -191,7 +194,7 @@ fn count(fields: &Fields<'_>, least: u64, most: u64) -> Result<u32, String> {
 
 fn drag(
     request: &mut OperatorRequest,
-    said: &mut String,
+    description: &mut String,
     fields: &Fields<'_>,
     names: &Names,
 ) -> Result<OperatorAction, String> {
@@ -209,7 +212,7 @@ fn drag(
     } else {
         fields.number("for_s", 0.0, MAX_DRAG_S)?
     };
-    *said = format!("drag {name}");
+    *description = format!("drag {name}");
     Ok(OperatorAction::Drag)
 }
 
@@ -253,7 +256,7 @@ fn joints(
 
 fn breakpoint(
     request: &mut OperatorRequest,
-    said: &mut String,
+    description: &mut String,
     fields: &Fields<'_>,
 ) -> Result<OperatorAction, String> {
     let allowed = "the name of a node, state or guard, at most 48 bytes";
@@ -265,26 +268,26 @@ fn breakpoint(
     }
     let on = fields.flag("on")?;
     request.count = u32::from(on);
-    *said = format!("break {}{name}", if on { "" } else { "--remove " });
+    *description = format!("break {}{name}", if on { "" } else { "--remove " });
     Ok(OperatorAction::Break)
 }
 
 fn speed(
     request: &mut OperatorRequest,
-    said: &mut String,
+    description: &mut String,
     fields: &Fields<'_>,
 ) -> Result<OperatorAction, String> {
     let allowed = "1, max, or a factor from 0.01 to 50";
     let text = fields.text("speed", allowed)?;
     let speed = text.parse::<Speed>();
     request.seconds = speed.map_err(|_| fields.wrong("speed", allowed))?.factor();
-    *said = format!("speed {text}");
+    *description = format!("speed {text}");
     Ok(OperatorAction::Speed)
 }
 
 fn gripper(
     request: &mut OperatorRequest,
-    said: &mut String,
+    description: &mut String,
     fields: &Fields<'_>,
     names: &Names,
 ) -> Result<OperatorAction, String> {
@@ -296,7 +299,7 @@ fn gripper(
         GripperGoal::Close
     };
     request.count = goal.code();
-    *said = format!("gripper {word}");
+    *description = format!("gripper {word}");
     Ok(OperatorAction::Gripper)
 }
 
@@ -338,11 +341,11 @@ fn load(fields: &Fields<'_>) -> Result<Command, String> {
     speed
         .parse::<Speed>()
         .map_err(|_| fields.wrong("speed", "1, max, or a factor from 0.01 to 50"))?;
-    let said = format!("load {demo}, seed {seed}, speed {speed}");
+    let description = format!("load {demo}, seed {seed}, speed {speed}");
     let line = json!({
         "ask": "load", "demo": demo, "policy": policy, "seed": seed, "speed": speed,
     });
-    Ok(Command::Order(Order::Launch(line), said))
+    Ok(Command::Order(Order::Launch(line), description))
 }
 
 fn record(fields: &Fields<'_>) -> Result<Command, String> {

@@ -57,8 +57,8 @@ impl Batch {
         let from = self.bytes.len();
         write(&mut self.bytes);
         // Without a number: JSON of a message is not the message, and has no gaps.
-        let said = Header { seq: 0, ..*header };
-        self.add(source, channel, &said, from);
+        let unnumbered = Header { seq: 0, ..*header };
+        self.add(source, channel, &unnumbered, from);
     }
 
     /// Adds that the state with `header` is the first of `epoch`.
@@ -151,10 +151,10 @@ mod tests {
         header
     }
 
-    fn said(batch: &mut Batch) -> Vec<(Channel, u64)> {
-        let mut said = Vec::new();
-        batch.hand_over(|message| said.push((message.channel, message.time_ns / TICK_NS)));
-        said
+    fn sent(batch: &mut Batch) -> Vec<(Channel, u64)> {
+        let mut sent = Vec::new();
+        batch.hand_over(|message| sent.push((message.channel, message.time_ns / TICK_NS)));
+        sent
     }
 
     #[test]
@@ -168,13 +168,13 @@ mod tests {
         }
         let order = [(world, 7), (command, 7), (world, 8), (command, 8)];
         let order = [&order[..], &[(world, 0), (command, 0)]].concat();
-        assert_eq!(said(&mut batch), order);
-        assert_eq!(said(&mut batch), []);
+        assert_eq!(sent(&mut batch), order);
+        assert_eq!(sent(&mut batch), []);
         // A clock that went back delays, and changes no order.
         batch.put(0, world, &header(40, 1), &[]);
         batch.put(0, world, &header(3, 2), &[]);
         batch.put(1, command, &header(4, 1), &[]);
-        assert_eq!(said(&mut batch), [(command, 1), (world, 1), (world, 2)]);
+        assert_eq!(sent(&mut batch), [(command, 1), (world, 1), (world, 2)]);
     }
 
     #[test]

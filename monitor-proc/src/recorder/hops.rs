@@ -19,15 +19,15 @@ impl Sent {
     }
 
     fn put(&mut self, generation: u32, number: u64, publish_ns: u64) {
-        if let Some(slot) = self.0.get_mut(place(number)) {
-            *slot = (generation, number, publish_ns);
+        if let Some(entry) = self.0.get_mut(index(number)) {
+            *entry = (generation, number, publish_ns);
         }
     }
 
     // The ring is indexed by number; an older message or another start has another one.
     fn find(&self, generation: u32, number: u64) -> Option<u64> {
-        let slot = self.0.get(place(number))?;
-        (slot.0 == generation && slot.1 == number).then_some(slot.2)
+        let entry = self.0.get(index(number))?;
+        (entry.0 == generation && entry.1 == number).then_some(entry.2)
     }
 }
 
@@ -139,14 +139,14 @@ impl Hops {
         }
     }
 
-    pub(super) fn tell(&mut self, now_ns: u64) -> Vec<HopLatency> {
+    pub(super) fn report(&mut self, now_ns: u64) -> Vec<HopLatency> {
         let mut all = Vec::new();
         for arm in &mut self.arms {
-            all.push(arm.to_command.tell(now_ns));
-            all.push(arm.to_drives.tell(now_ns));
-            all.push(arm.to_controller.tell(now_ns));
+            all.push(arm.to_command.report(now_ns));
+            all.push(arm.to_drives.report(now_ns));
+            all.push(arm.to_controller.report(now_ns));
         }
-        all.push(self.to_decision.tell(now_ns));
+        all.push(self.to_decision.report(now_ns));
         all
     }
 }
@@ -162,7 +162,7 @@ fn state_of(states: &Sent, header: &Header) -> Option<u64> {
     clippy::cast_possible_truncation,
     reason = "a remainder is as small as its divisor"
 )]
-fn place(number: u64) -> usize {
+fn index(number: u64) -> usize {
     (number % REMEMBERED as u64) as usize
 }
 
@@ -177,7 +177,7 @@ mod tests {
         let mut piece = WorldPiece::zeroed();
         (piece.state.generation, piece.state.seq) = (1, 5);
         piece.state.publish_ns = 1_000_000;
-        hops.tell(0);
+        hops.report(0);
         hops.state(&piece);
         (piece.state.seq, piece.state.publish_ns) = (6, 2_000_000);
         (piece.arms[0].command_generation, piece.arms[0].command_seq) = (2, 9);
@@ -193,8 +193,8 @@ mod tests {
         command.header.publish_ns = 1_300_000;
         hops.command(0, &command);
         hops.settle();
-        let told = hops.tell(1);
-        let max = |hop: &str| told.iter().find(|h| h.hop == hop).unwrap().max_us;
+        let latency = hops.report(1);
+        let max = |hop: &str| latency.iter().find(|h| h.hop == hop).unwrap().max_us;
         assert!((max("state to command") - 300.0).abs() < 3.0);
         assert!((max("command to drives") - 700.0).abs() < 7.0);
     }

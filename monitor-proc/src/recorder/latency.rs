@@ -59,7 +59,7 @@ impl Window {
     }
 
     /// Summary of the window at `now_ns`.
-    pub(super) fn tell(&mut self, now_ns: u64) -> HopLatency {
+    pub(super) fn report(&mut self, now_ns: u64) -> HopLatency {
         // Swapped, not cleared: figures stay those of at least five seconds.
         if now_ns >= self.turn_ns {
             self.turn_ns = now_ns + HALF_NS;
@@ -102,13 +102,13 @@ mod tests {
     #[test]
     fn what_is_older_than_the_window_is_forgotten() {
         let mut window = Window::new("state to command", Some(1));
-        window.tell(0);
+        window.report(0);
         window.record(1_000_000, 1_200_000);
-        let told = window.tell(1);
-        assert_eq!((told.n, told.arm), (1, Some(1)));
-        assert!((told.max_us - 200.0).abs() < 2.0, "{told:?}");
-        assert_eq!(told.buckets.iter().map(|(_, count)| count).sum::<u64>(), 1);
-        assert_eq!(window.tell(HALF_NS).n, 1);
-        assert_eq!(window.tell(2 * HALF_NS + 1).n, 0);
+        let hop = window.report(1);
+        assert_eq!((hop.n, hop.arm), (1, Some(1)));
+        assert!((hop.max_us - 200.0).abs() < 2.0, "{hop:?}");
+        assert_eq!(hop.buckets.iter().map(|(_, count)| count).sum::<u64>(), 1);
+        assert_eq!(window.report(HALF_NS).n, 1);
+        assert_eq!(window.report(2 * HALF_NS + 1).n, 0);
     }
 }

@@ -1,6 +1,7 @@
 //! The recorder: all messages into a ring of files and, on request, into a file that is kept.
 //! It has its own thread and its own bus: a slow disk slows down no other process (ADR 0012).
 
+mod assembler;
 mod batch;
 mod hops;
 mod latency;
@@ -10,7 +11,6 @@ mod sink;
 mod socket;
 mod taps;
 mod thread;
-mod whole;
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -24,7 +24,7 @@ use cell_worker::Start;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::hub::Timeline;
+use crate::feed::broadcast::RecordedSpan;
 pub use latency::HopLatency;
 
 /// Time in which the recorder answers, unless the disk hangs.
@@ -71,11 +71,11 @@ pub struct RecorderStatus {
     pub note: String,
     /// Simulated time in the ring.
     #[serde(skip)]
-    pub timeline: Timeline,
+    pub recorded_span: RecordedSpan,
 }
 
 type Answer = mpsc::Sender<Result<String, String>>;
-type Ask = (RecorderRequest, Answer);
+type QueuedRequest = (RecorderRequest, Answer);
 
 #[derive(Default)]
 struct Shared {
@@ -91,15 +91,15 @@ fn lock<T>(value: &Mutex<T>) -> MutexGuard<'_, T> {
 /// The recorder of a live cell; ends when dropped.
 pub struct Recorder {
     shared: Arc<Shared>,
-    desk: Option<Desk>,
+    client: Option<RecorderClient>,
     threads: Vec<JoinHandle<()>>,
     socket: PathBuf,
 }
 
-/// Sender of requests.
+/// Sends requests to the thread of the recorder.
 #[derive(Clone)]
-struct Desk {
-    asks: mpsc::Sender<Ask>,
+struct RecorderClient {
+    requests: mpsc::Sender<QueuedRequest>,
     shared: Arc<Shared>,
     flight_dir: PathBuf,
 }
@@ -109,9 +109,9 @@ impl Recorder {
     /// by [`Recorder::status`] and do not stop the caller.
     pub fn start(start: &Start, scene: Value) -> Self {
         let shared = Arc::new(Shared::default());
-        let (asks, asked) = mpsc::channel();
-        let desk = Desk {
-            asks,
+        let (requests, received) = mpsc::channel();
+        let client = RecorderClient {
+            requests,
             shared: shared.clone(),
             flight_dir: start.spec.record.flight_dir.clone(),
         };
@@ -121,17 +121,17 @@ impl Recorder {
             generation: start.generation,
             scene,
             shared: shared.clone(),
-            asked,
+            requests: received,
         };
         let mut recorder = Self {
             shared,
-            desk: Some(desk.clone()),
+            client: Some(client.clone()),
             threads: Vec::new(),
             socket: socket.clone(),
         };
         // The recorder before its socket: a request must find it.
         recorder.spawn("recorder", move || thread::run(&job));
-        recorder.spawn("record-socket", move || socket::serve(&socket, &desk));
+        recorder.spawn("record-socket", move || socket::serve(&socket, &client));
         recorder
     }
 
@@ -152,8 +152,8 @@ impl Recorder {
     ///
     /// The reason, for people.
     pub fn ask(&self, request: RecorderRequest) -> Result<String, String> {
-        match &self.desk {
-            Some(desk) => desk.ask(request),
+        match &self.client {
+            Some(client) => client.ask(request),
             None => Err("the recorder is ending".to_owned()),
         }
     }
@@ -177,7 +177,7 @@ impl Drop for Recorder {
         // In this order: the flag, then no more requests, then the
         // socket's thread is woken to see both.
         self.shared.ending.store(true, Ordering::Release);
-        self.desk = None;
+        self.client = None;
         socket::wake(&self.socket);
         for thread in self.threads.drain(..) {
             // Its errors are reported already.
@@ -186,7 +186,7 @@ impl Drop for Recorder {
     }
 }
 
-impl Desk {
+impl RecorderClient {
     // Copied on the caller's thread from the files: recording continues meanwhile.
     fn ask(&self, request: RecorderRequest) -> Result<String, String> {
         let RecorderRequest::Last { seconds, file } = request else {
@@ -217,7 +217,7 @@ impl Desk {
     fn pass_on(&self, request: RecorderRequest) -> Result<String, String> {
         let (answer, answered) = mpsc::channel();
         let gone = |_| "the recorder is ending".to_owned();
-        self.asks.send((request, answer)).map_err(gone)?;
+        self.requests.send((request, answer)).map_err(gone)?;
         answered
             .recv_timeout(PATIENCE)
             .map_err(|_| "the recorder does not answer: its disk may be slow".to_owned())?

@@ -9,7 +9,7 @@ pub(super) struct Progress {
     port: Publisher<Health>,
     physics: Doorbell,
     /// Generation of physics and tick reported last.
-    told: (u32, u64),
+    reported: (u32, u64),
 }
 
 impl Progress {
@@ -17,22 +17,22 @@ impl Progress {
         Ok(Self {
             port: bus.publisher(TopicId::Recorder)?,
             physics: bus.doorbell(Process::Physics)?,
-            told: (0, 0),
+            reported: (0, 0),
         })
     }
 
     /// Reports that everything up to the state with this header is recorded. Returns the share
     /// of the allowed lag that this was, 0 to 1.
-    pub(super) fn tell(&mut self, state: &Header) -> f64 {
+    pub(super) fn report(&mut self, state: &Header) -> f64 {
         let newest = (state.generation, state.tick);
-        if newest == self.told {
-            // Also without news: physics may have restarted and joined since.
+        if newest == self.reported {
+            // Also without progress: physics may have restarted and joined since.
             self.port.update_connections();
             return 0.0;
         }
-        let ticks = newest.1.saturating_sub(self.told.1);
-        let same = newest.0 == self.told.0;
-        self.told = newest;
+        let ticks = newest.1.saturating_sub(self.reported.1);
+        let same = newest.0 == self.reported.0;
+        self.reported = newest;
         let mut header = Header::caused_by::<Health>(state.tick);
         header.push_input(Input {
             topic: TopicId::WorldState.code(),

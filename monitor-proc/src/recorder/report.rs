@@ -28,7 +28,7 @@ impl Report {
         }
     }
 
-    /// Writes the report `now` of this start of the process, if it has news for people.
+    /// Writes the report `now` of this start of the process, if it has changes for people.
     pub(super) fn write(&mut self, now: RecordReport) {
         let report = RecordReport {
             gaps: self.before.gaps + now.gaps,
@@ -37,14 +37,14 @@ impl Report {
             closed: now.closed,
             files: [&self.before.files[..], &now.files].concat(),
         };
-        // The size changes all the time and is read from the disk; it is not news.
-        let is_news = self.written.as_ref().is_none_or(|written| {
+        // The size changes all the time and is read from the disk; it is not a change.
+        let is_changed = self.written.as_ref().is_none_or(|written| {
             written.error != report.error
                 || written.gaps != report.gaps
                 || written.files != report.files
                 || report.closed
         });
-        if is_news {
+        if is_changed {
             // Without it the launcher reports that there is no report.
             let _written = report.save(&self.dir).is_ok();
             self.written = Some(report);

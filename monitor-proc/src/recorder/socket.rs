@@ -9,19 +9,19 @@ use std::time::Duration;
 use cell_rt::is_readable;
 use serde_json::json;
 
-use super::{Desk, RecorderRequest, lock};
+use super::{RecorderClient, RecorderRequest, lock};
 
 /// Longest request (bytes).
 // Two paths and a number; a longer line is not a request.
 const MAX_LINE: u64 = 1 << 16;
 /// Interval of the check whether the recorder ends.
-const LOOK: Duration = Duration::from_millis(200);
+const CHECK_INTERVAL: Duration = Duration::from_millis(200);
 /// Time in which a client has to send its request.
 // One client at a time, so a silent one must not hold up the others.
 const PATIENCE: Duration = Duration::from_secs(1);
 
 /// Serves requests one after the other until the recorder ends.
-pub(super) fn serve(path: &Path, desk: &Desk) {
+pub(super) fn serve(path: &Path, client: &RecorderClient) {
     // An earlier monitor may have been killed.
     let _gone = std::fs::remove_file(path).is_ok();
     let listener = match UnixListener::bind(path) {
@@ -31,25 +31,25 @@ pub(super) fn serve(path: &Path, desk: &Desk) {
             cell_worker::warn(format_args!(
                 "`robocell record` will not work: {path}: {error}"
             ));
-            // The cell records without it; the note tells why the command does not work.
-            lock(&desk.shared.status).note = format!("{path}: {error}");
+            // The cell records without it; the note has the reason.
+            lock(&client.shared.status).note = format!("{path}: {error}");
             return;
         }
     };
-    while !desk.shared.ending.load(Ordering::Acquire) {
+    while !client.shared.ending.load(Ordering::Acquire) {
         // With a limit: if the socket's file is gone, no connection can wake this thread.
-        match is_readable(&listener, LOOK) {
+        match is_readable(&listener, CHECK_INTERVAL) {
             Ok(true) => {}
             Ok(false) => continue,
             Err(_) => break,
         }
         let stream = listener.accept().map(|(stream, _)| stream);
         // The connection may be the one of `wake`.
-        if desk.shared.ending.load(Ordering::Acquire) {
+        if client.shared.ending.load(Ordering::Acquire) {
             break;
         }
         // A client that leaves before the answer does not need it.
-        let _answered = stream.and_then(|stream| answer(&stream, desk)).is_ok();
+        let _answered = stream.and_then(|stream| answer(&stream, client)).is_ok();
     }
     let _gone = std::fs::remove_file(path).is_ok();
 }
@@ -59,13 +59,13 @@ pub(super) fn wake(path: &Path) {
     let _woken = UnixStream::connect(path).is_ok();
 }
 
-fn answer(stream: &UnixStream, desk: &Desk) -> io::Result<()> {
+fn answer(stream: &UnixStream, client: &RecorderClient) -> io::Result<()> {
     stream.set_read_timeout(Some(PATIENCE))?;
     stream.set_write_timeout(Some(PATIENCE))?;
     let mut line = String::new();
     BufReader::new(stream.take(MAX_LINE)).read_line(&mut line)?;
     let reply = match serde_json::from_str::<RecorderRequest>(&line) {
-        Ok(request) => desk.ask(request),
+        Ok(request) => client.ask(request),
         Err(error) => Err(format!("no request: {error}")),
     };
     let ok = reply.is_ok();

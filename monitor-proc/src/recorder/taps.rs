@@ -15,10 +15,10 @@ use ipc_types::{
 };
 use serde_json::Value;
 
+use super::assembler::StateAssembler;
 use super::batch::Batch;
 use super::hops::Hops;
 use super::sink::Sink;
-use super::whole::Whole;
 
 /// Ticks between two `foxglove.FrameTransforms`.
 // 50 Hz: enough for a viewer, and a twentieth of the states.
@@ -93,9 +93,9 @@ pub(super) struct Taps {
     rest: usize,
     missed: u64,
     names: foxglove::Names,
-    whole: Whole,
+    assembler: StateAssembler,
     /// Whether a `foxglove.FrameTransforms` with all frames was written.
-    all_told: bool,
+    all_sent: bool,
     epoch: Option<u32>,
     health_ns: u64,
 }
@@ -133,8 +133,8 @@ impl Taps {
             rest: open.sources,
             missed: 0,
             names: foxglove::Names::of(scene),
-            whole: Whole::new(),
-            all_told: false,
+            assembler: StateAssembler::new(),
+            all_sent: false,
             epoch: None,
             health_ns: 0,
         })
@@ -195,8 +195,8 @@ impl Taps {
     }
 
     fn drain_world(&mut self, hops: &mut Hops) -> f64 {
-        let (whole, names, epoch) = (&mut self.whole, &self.names, &mut self.epoch);
-        let all_told = &mut self.all_told;
+        let (assembler, names, epoch) = (&mut self.assembler, &self.names, &mut self.epoch);
+        let all_sent = &mut self.all_sent;
         let taken = self.world.drain(&mut self.batch, |batch, source, piece| {
             let of = piece.state.generation;
             // Before the first state of a new physics: the time of what follows is set back.
@@ -208,8 +208,8 @@ impl Taps {
             if piece.piece == 0 {
                 hops.state(piece);
             }
-            if let Some(state) = whole.take(piece) {
-                put_foxglove(batch, source, names, state, all_told);
+            if let Some(state) = assembler.take(piece) {
+                put_foxglove(batch, source, names, state, all_sent);
             }
         });
         taken as f64 / TopicId::WorldTap.depth() as f64
@@ -265,7 +265,7 @@ fn put_foxglove(
     source: usize,
     names: &foxglove::Names,
     world: &WorldState,
-    all_told: &mut bool,
+    all_sent: &mut bool,
 ) {
     if world.has(ipc_types::world::FLAG_PAUSED) {
         return;
@@ -286,7 +286,7 @@ fn put_foxglove(
         }
         batch.put_json(source, Channel::Transforms, header, |out| {
             // The first one names all frames, so that a viewer knows resting objects at once.
-            foxglove::transforms(names, world, !std::mem::replace(all_told, true), out);
+            foxglove::transforms(names, world, !std::mem::replace(all_sent, true), out);
         });
     }
 }

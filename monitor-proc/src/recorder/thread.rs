@@ -21,8 +21,8 @@ use super::progress::Progress;
 use super::report::Report;
 use super::sink::Sink;
 use super::taps::Taps;
-use super::{Answer, Ask, RecorderRequest, RecorderStatus, Shared, lock};
-use crate::hub::Timeline;
+use super::{Answer, QueuedRequest, RecorderRequest, RecorderStatus, Shared, lock};
+use crate::feed::broadcast::RecordedSpan;
 
 /// Pause between two readings in real time (ms), and at full speed. A task on a busy machine
 /// sends a checkpoint with every decision, and sixteen of them can wait.
@@ -33,7 +33,7 @@ const WANTED_FILL: f64 = 0.15;
 /// Interval between attempts to join the bus.
 const RETRY: Duration = Duration::from_millis(500);
 /// Interval of status and latency (ns).
-const TELL_NS: u64 = 500_000_000;
+const REPORT_NS: u64 = 500_000_000;
 
 /// Inputs of the thread.
 pub(super) struct Job {
@@ -41,7 +41,7 @@ pub(super) struct Job {
     pub(super) generation: u32,
     pub(super) scene: Value,
     pub(super) shared: Arc<Shared>,
-    pub(super) asked: Receiver<Ask>,
+    pub(super) requests: Receiver<QueuedRequest>,
 }
 
 /// Records until no request can arrive any more.
@@ -86,7 +86,7 @@ fn listen(job: &Job, sink: &mut Sink, report: &mut Report) -> Result<(), BusErro
     let mut hops = Hops::new(usize::from(job.spec.arms));
     let mut progress = Progress::new(&bus)?;
     // Starts with the short pause: at full speed the first buffer may be full soon.
-    let (mut pause_ms, mut told_ns) = (PAUSE_MS.1, 0);
+    let (mut pause_ms, mut report_due_ns) = (PAUSE_MS.1, 0);
     loop {
         let now_ns = monotonic_ns();
         sink.at(now_ns);
@@ -95,11 +95,11 @@ fn listen(job: &Job, sink: &mut Sink, report: &mut Report) -> Result<(), BusErro
         // Only in lockstep physics waits for it; in real time
         // the message would be for no reader.
         if let Some(state) = taps.newest().filter(|_| taps.is_lockstep()) {
-            fill = fill.max(progress.tell(state));
+            fill = fill.max(progress.report(state));
         }
-        if now_ns >= told_ns {
-            told_ns = now_ns + TELL_NS;
-            *lock(&job.shared.latency) = hops.tell(now_ns);
+        if now_ns >= report_due_ns {
+            report_due_ns = now_ns + REPORT_NS;
+            *lock(&job.shared.latency) = hops.report(now_ns);
             *lock(&job.shared.status) = status(job, sink);
             report.write(sink.report());
         }
@@ -107,14 +107,14 @@ fn listen(job: &Job, sink: &mut Sink, report: &mut Report) -> Result<(), BusErro
         let wanted = pause_ms * WANTED_FILL / fill.max(1.0e-3);
         pause_ms = wanted.clamp(PAUSE_MS.1, PAUSE_MS.0);
         match job
-            .asked
+            .requests
             .recv_timeout(Duration::from_secs_f64(pause_ms / 1.0e3))
         {
             Ok((request, answer)) => {
                 sink.at(monotonic_ns());
                 // Messages sent before the request belong to the recording.
                 taps.drain(sink, &mut hops, now_ns);
-                obey(sink, &request, &answer);
+                execute(sink, &request, &answer);
                 *lock(&job.shared.status) = status(job, sink);
                 report.write(sink.report());
             }
@@ -131,9 +131,9 @@ fn listen(job: &Job, sink: &mut Sink, report: &mut Report) -> Result<(), BusErro
 
 /// Answers while there is no bus; false when no request can arrive any more.
 fn answer_until(job: &Job, sink: &mut Sink, time: Duration) -> bool {
-    match job.asked.recv_timeout(time) {
+    match job.requests.recv_timeout(time) {
         Ok((request, answer)) => {
-            obey(sink, &request, &answer);
+            execute(sink, &request, &answer);
             true
         }
         Err(RecvTimeoutError::Timeout) => true,
@@ -141,7 +141,7 @@ fn answer_until(job: &Job, sink: &mut Sink, time: Duration) -> bool {
     }
 }
 
-fn obey(sink: &mut Sink, request: &RecorderRequest, answer: &Answer) {
+fn execute(sink: &mut Sink, request: &RecorderRequest, answer: &Answer) {
     let done = match request {
         RecorderRequest::Start { file } => sink.start(file),
         RecorderRequest::Stop => sink.stop(),
@@ -168,7 +168,7 @@ fn status(job: &Job, sink: &Sink) -> RecorderStatus {
         file: sink.file(),
         gaps: sink.gaps(),
         note: trouble.unwrap_or_default().to_owned(),
-        timeline: Timeline {
+        recorded_span: RecordedSpan {
             from_s,
             to_s,
             epochs: flight.epochs(),

@@ -6,7 +6,7 @@ use crate::page::command::PlayOrder;
 const TICK_S: f64 = 0.001;
 /// A longer pause is a machine that slept (s).
 // Without it the replay would leap by hours after the machine was suspended.
-const MAX_LEAP_S: f64 = 0.25;
+const MAX_GAP_S: f64 = 0.25;
 
 /// Time and speed of a replay.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,7 +19,7 @@ pub struct Clock {
     pub speed: f64,
     from_s: f64,
     to_s: f64,
-    looked_s: Option<f64>,
+    last_s: Option<f64>,
 }
 
 impl Clock {
@@ -31,16 +31,16 @@ impl Clock {
             speed: 1.0,
             from_s,
             to_s: to_s.max(from_s),
-            looked_s: None,
+            last_s: None,
         }
     }
 
     /// Advances to `now_s` of the monotonic clock; stops at the end.
-    pub fn look(&mut self, now_s: f64) -> f64 {
-        let passed_s = self.looked_s.map_or(0.0, |looked_s| now_s - looked_s);
-        self.looked_s = Some(now_s);
+    pub fn advance(&mut self, now_s: f64) -> f64 {
+        let passed_s = self.last_s.map_or(0.0, |last_s| now_s - last_s);
+        self.last_s = Some(now_s);
         if self.plays {
-            let passed_s = passed_s.clamp(0.0, MAX_LEAP_S);
+            let passed_s = passed_s.clamp(0.0, MAX_GAP_S);
             self.set(self.time_s + passed_s * self.speed);
             // Stopped, so that the page shows "play" and the next
             // press starts from the beginning.
@@ -52,7 +52,7 @@ impl Clock {
     }
 
     /// Executes an order of a page.
-    pub fn obey(&mut self, order: PlayOrder) {
+    pub fn apply(&mut self, order: PlayOrder) {
         // Speed first, then time, then play: an order may have all of them.
         if let Some(speed) = order.speed {
             self.speed = speed;
@@ -85,19 +85,19 @@ mod tests {
     #[test]
     fn it_plays_at_its_speed_stops_at_the_end_and_begins_again() {
         let mut clock = Clock::new((10.0, 12.0));
-        clock.look(0.0);
-        assert_eq!(clock.look(0.2), 10.2);
-        clock.obey(PlayOrder {
+        clock.advance(0.0);
+        assert_eq!(clock.advance(0.2), 10.2);
+        clock.apply(PlayOrder {
             speed: Some(2.0),
             ..PlayOrder::default()
         });
-        assert_eq!(clock.look(0.4), 10.6);
-        assert_eq!(clock.look(100.0), 11.1, "a machine that slept");
-        for look in 0..10 {
-            clock.look(100.0 + 0.2 * f64::from(look));
+        assert_eq!(clock.advance(0.4), 10.6);
+        assert_eq!(clock.advance(100.0), 11.1, "a machine that slept");
+        for advance in 0..10 {
+            clock.advance(100.0 + 0.2 * f64::from(advance));
         }
         assert_eq!((clock.time_s, clock.plays), (12.0, false));
-        clock.obey(PlayOrder {
+        clock.apply(PlayOrder {
             play: Some(true),
             ..PlayOrder::default()
         });
@@ -107,12 +107,12 @@ mod tests {
     #[test]
     fn a_step_stands_still_and_a_time_outside_is_the_nearest_inside() {
         let mut clock = Clock::new((0.0, 5.0));
-        clock.obey(PlayOrder {
+        clock.apply(PlayOrder {
             step: Some(500),
             ..PlayOrder::default()
         });
-        assert_eq!((clock.look(1.0), clock.plays), (0.5, false));
-        clock.obey(PlayOrder {
+        assert_eq!((clock.advance(1.0), clock.plays), (0.5, false));
+        clock.apply(PlayOrder {
             time_s: Some(99.0),
             ..PlayOrder::default()
         });

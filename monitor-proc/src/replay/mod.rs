@@ -2,6 +2,6 @@
 
 pub mod args;
 pub mod clock;
-mod desk;
 pub mod player;
+mod queue;
 pub mod show;

@@ -14,15 +14,15 @@ use cell_rt::{process, signal};
 use serde_json::Value;
 
 use super::args::{ReplayArgs, ReplayArgsError};
-use super::desk::ReplayDesk;
 use super::player::Player;
-use crate::film::Projector;
-use crate::hub::{Hello, Hub};
-use crate::lanes;
-use crate::live::{self, PageError, Prepared, Trouble};
+use super::queue::ReplayCommandQueue;
+use crate::feed::broadcast::{Broadcast, Hello};
+use crate::feed::scene;
 use crate::page::command::Names;
-use crate::scene;
-use crate::scrub::{OpenPast, Past};
+use crate::timeline::lanes;
+use crate::timeline::recorded::RecordedPast;
+use crate::timeline::scrub::{OpenPast, PastReader};
+use crate::web::page_server::{self, PageError, PageProblem, PageServer};
 
 /// Invalid configuration.
 const EXIT_CONFIGURATION: u8 = 3;
@@ -71,55 +71,59 @@ fn run(arguments: impl Iterator<Item = String>) -> Result<(), ReplayError> {
         return Ok(());
     }
     let args = ReplayArgs::parse(arguments)?;
-    let film = Recording::open(&args.file)?;
+    let recording = Recording::open(&args.file)?;
     let (orders, ordered) = mpsc::channel();
-    let prepared = prepare(&args, &film, ReplayDesk(orders))?;
-    let hub = prepared.hub.clone();
-    let trouble = Trouble::default();
+    let server = prepare(&args, &recording, ReplayCommandQueue(orders))?;
+    let broadcast = server.broadcast.clone();
+    let problem = PageProblem::default();
     let address = args.address;
-    let mut player = player(film, hub.clone());
+    let mut player = player(recording, broadcast.clone());
     thread::scope(|scope| {
         // On its own thread: reading all of a long recording takes seconds.
-        let (file, shown) = (&args.file, &hub);
+        let (file, shown) = (&args.file, &broadcast);
         thread::Builder::new()
             .name("lanes".to_owned())
-            .spawn_scoped(scope, move || show_lanes(file, shown))?;
-        let told = trouble.clone();
-        let serve = move || live::serve(prepared, address, &told);
+            .spawn_scoped(scope, move || show_timeline(file, shown))?;
+        let for_server = problem.clone();
+        let serve = move || page_server::serve(server, address, &for_server);
         thread::Builder::new()
             .name("page".to_owned())
             .spawn_scoped(scope, serve)?;
-        let began = Instant::now();
+        let start = Instant::now();
         while !signal::stop_requested() {
             for order in ordered.try_iter() {
-                player.obey(order);
+                player.apply(order);
             }
-            player.turn(began.elapsed().as_secs_f64());
+            player.update(start.elapsed().as_secs_f64());
             // Without a page a replay has no purpose, unlike a monitor.
-            if let Some(note) = trouble.note() {
+            if let Some(note) = problem.note() {
                 return Err(ReplayError::Port(note));
             }
             cell_rt::sleep_until(cell_rt::monotonic_ns() + FRAME_NS);
         }
-        hub.close("end");
+        broadcast.close("end");
         Ok(())
     })
 }
 
-fn prepare(args: &ReplayArgs, film: &Recording, desk: ReplayDesk) -> Result<Prepared, ReplayError> {
+fn prepare(
+    args: &ReplayArgs,
+    recording: &Recording,
+    queue: ReplayCommandQueue,
+) -> Result<PageServer, ReplayError> {
     let name = args
         .file
         .file_name()
         .map(|name| name.to_string_lossy().into_owned());
     let hello = Hello {
         live: false,
-        run: live::run_info(film.run()),
+        run: page_server::run_info(recording.run()),
         demos: Vec::new(),
         source: Some(name.unwrap_or_else(|| "recording".to_owned())),
     };
     let names = Names {
-        objects: scene::object_names(film.scene()),
-        arms: u32::from(film.run().arms),
+        objects: scene::object_names(recording.scene()),
+        arms: u32::from(recording.run().arms),
     };
     let page = PageSpec {
         address: args.address,
@@ -129,33 +133,33 @@ fn prepare(args: &ReplayArgs, film: &Recording, desk: ReplayDesk) -> Result<Prep
         hint: args.hint.clone(),
         secrets: args.secrets.clone(),
     };
-    let hub = Hub::new(hello, with_meshes(film.scene().clone()));
-    let (file, fingers) = (args.file.clone(), scene::fingers_of(film.scene()));
+    let broadcast = Broadcast::new(hello, with_meshes(recording.scene().clone()));
+    let (file, fingers) = (args.file.clone(), scene::fingers_of(recording.scene()));
     let objects = names.objects.clone();
     // Each page that shows another time has its own reader.
     let open = move || {
-        let film = Recording::open(&file).map_err(|error| error.to_string())?;
-        let unheard = Box::new(|_| None);
-        let projector = Projector::new(film, fingers.clone(), objects.clone(), unheard);
-        Ok(Box::new(projector) as Box<dyn Past>)
+        let recording = Recording::open(&file).map_err(|error| error.to_string())?;
+        let no_trace = Box::new(|_| None);
+        let past = RecordedPast::new(recording, fingers.clone(), objects.clone(), no_trace);
+        Ok(Box::new(past) as Box<dyn PastReader>)
     };
-    let shown = (hub, names, Arc::new(open) as OpenPast);
-    Ok(live::prepare_page(
+    let shown = (broadcast, names, Arc::new(open) as OpenPast);
+    Ok(page_server::prepare_page(
         &page,
         shown,
-        Arc::new(desk),
+        Arc::new(queue),
         (None, None),
     )?)
 }
 
 /// Reads the lanes of the timeline, while the page shows the start.
-fn show_lanes(file: &Path, hub: &Hub) {
+fn show_timeline(file: &Path, broadcast: &Broadcast) {
     // A recording that cannot be read is reported by the player.
-    if let Ok(mut film) = Recording::open(file) {
-        let arms = scene::arm_names(film.scene());
-        let objects = scene::object_names(film.scene());
-        hub.replace_lanes(lanes::of_film(
-            &mut film,
+    if let Ok(mut recording) = Recording::open(file) {
+        let arms = scene::arm_names(recording.scene());
+        let objects = scene::object_names(recording.scene());
+        broadcast.replace_timeline(lanes::of_recording(
+            &mut recording,
             &arms,
             &objects,
             signal::stop_requested,
@@ -163,19 +167,19 @@ fn show_lanes(file: &Path, hub: &Hub) {
     }
 }
 
-fn player(film: Recording, hub: Arc<Hub>) -> Player<Recording> {
-    let fingers = scene::fingers_of(film.scene());
-    let objects = scene::object_names(film.scene());
-    let policy = film.run().policy.clone();
-    Player::new(film, hub, fingers, objects, policy)
+fn player(recording: Recording, broadcast: Arc<Broadcast>) -> Player<Recording> {
+    let fingers = scene::fingers_of(recording.scene());
+    let objects = scene::object_names(recording.scene());
+    let policy = recording.run().policy.clone();
+    Player::new(recording, broadcast, fingers, objects, policy)
 }
 
 /// Meshes are those of this machine, not of the one that recorded.
-fn with_meshes(mut told: Value) -> Value {
-    let meshes = live::meshes();
-    for arm in told["arms"].as_array_mut().into_iter().flatten() {
+fn with_meshes(mut scene: Value) -> Value {
+    let meshes = page_server::meshes();
+    for arm in scene["arms"].as_array_mut().into_iter().flatten() {
         let robot = arm["robot"].as_str().unwrap_or_default();
         arm["meshes"] = scene::links_with_mesh(robot, meshes.paths()).into();
     }
-    told
+    scene
 }

@@ -1,14 +1,15 @@
 //! The HTTP server of the page (docs/page-protocol.md).
 
+pub mod access;
+mod connection;
+mod connection_limit;
 mod edit;
 pub mod files;
-pub mod gate;
-mod link;
+pub mod page_server;
 mod plain;
 mod routes;
 mod serve;
-mod site;
-mod slots;
 mod socket;
+mod state;
 
-pub use serve::{Listening, Site, bind};
+pub use serve::{Listening, Services, bind};

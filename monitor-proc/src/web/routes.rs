@@ -16,12 +16,12 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::{any, get, post};
 use serde::Deserialize;
 
+use super::access::Exchange;
+use super::connection_limit::Idle;
 use super::files::Asset;
-use super::gate::Exchange;
-use super::site::Served;
-use super::slots::Idle;
+use super::state::AppState;
 use super::{edit, plain, socket};
-use crate::scrub::Span;
+use crate::timeline::scrub::PastSpan;
 
 /// Largest body of a request (bytes).
 // A token or a command; texts of policies have their own limit.
@@ -31,10 +31,10 @@ const POLICY: &str = "default-src 'self'; style-src 'self' 'unsafe-inline'; \
     img-src 'self' data: blob:; connect-src 'self'; frame-ancestors 'none'; base-uri 'none'; \
     form-action 'none'; object-src 'none'";
 
-type Ours = State<Arc<Served>>;
+type Ours = State<Arc<AppState>>;
 
 /// All routes behind the first check.
-pub(super) fn router(served: Arc<Served>) -> Router {
+pub(super) fn router(state: Arc<AppState>) -> Router {
     Router::new()
         .route("/ws", any(websocket))
         .route("/api/scene", any(scene))
@@ -49,21 +49,21 @@ pub(super) fn router(served: Arc<Served>) -> Router {
         .route("/api/token", post(token))
         .fallback(file)
         .layer(DefaultBodyLimit::max(MAX_BODY))
-        .layer(middleware::from_fn_with_state(served.clone(), first_check))
-        .with_state(served)
+        .layer(middleware::from_fn_with_state(state.clone(), first_check))
+        .with_state(state)
 }
 
 /// The name of the server before anything else; fixed headers in every answer.
 async fn first_check(
-    State(served): Ours,
+    State(state): Ours,
     ConnectInfo(idle): ConnectInfo<Idle>,
     request: Request,
     next: Next,
 ) -> Response {
-    let gate = &served.site.gate;
-    let for_us = gate.is_for_us(request.uri(), request.headers());
+    let access = &state.services.access;
+    let for_us = access.is_for_us(request.uri(), request.headers());
     // From here on the connection is not closed in favour of another one.
-    if for_us && gate.role(request.headers()).is_some() {
+    if for_us && access.role(request.headers()).is_some() {
         idle.trust();
     }
     let mut response = if for_us {
@@ -95,7 +95,7 @@ struct Entry {
 
 /// The page and its files.
 async fn file(
-    State(served): Ours,
+    State(state): Ours,
     method: Method,
     uri: Uri,
     headers: HeaderMap,
@@ -104,29 +104,29 @@ async fn file(
     if method != Method::GET && method != Method::HEAD {
         return plain::line(StatusCode::METHOD_NOT_ALLOWED, "only GET\n");
     }
-    let gate = &served.site.gate;
+    let access = &state.services.access;
     let token = entry.ok().and_then(|Query(entry)| entry.token);
     // Only on the page itself: a token elsewhere would end up in a cache or a log.
     if let (Some(token), "/") = (token, uri.path()) {
-        return match gate.exchange(&token) {
-            Exchange::Role(role) => enter(&gate.set_cookie(role)),
+        return match access.exchange(&token) {
+            Exchange::Role(role) => enter(&access.set_cookie(role)),
             // A browser that has its cookie opened an old link: no reason to refuse it.
-            Exchange::Used | Exchange::Wrong if gate.role(&headers).is_some() => to_page(),
+            Exchange::Used | Exchange::Wrong if access.role(&headers).is_some() => to_page(),
             Exchange::Used => plain::used_token(),
             Exchange::Wrong => plain::wrong_token(),
         };
     }
-    if gate.role(&headers).is_none() {
+    if access.role(&headers).is_none() {
         return plain::no_cookie();
     }
-    let site = &served.site;
+    let services = &state.services;
     if let Some(mesh) = uri.path().strip_prefix("/meshes") {
-        return found(site.meshes.get(mesh), mesh);
+        return found(services.meshes.get(mesh), mesh);
     }
-    if uri.path() == "/" && !site.files.has_page() {
-        return plain::no_page(&site.hint);
+    if uri.path() == "/" && !services.files.has_page() {
+        return plain::no_page(&services.hint);
     }
-    found(site.files.get(uri.path()), uri.path())
+    found(services.files.get(uri.path()), uri.path())
 }
 
 /// Redirects to the page without a token in its address.
@@ -164,24 +164,24 @@ fn found(asset: Option<&Asset>, path: &str) -> Response {
     (headers, Body::from(asset.body.clone())).into_response()
 }
 
-async fn scene(State(served): Ours, method: Method, headers: HeaderMap) -> Response {
-    match refusal(&served, &method, &headers) {
+async fn scene(State(state): Ours, method: Method, headers: HeaderMap) -> Response {
+    match refusal(&state, &method, &headers) {
         Some(refused) => refused,
-        None => json(served.site.hub.scene().to_string()),
+        None => json(state.services.broadcast.scene().to_string()),
     }
 }
 
 /// One incident, as the launcher wrote it.
 async fn incident(
-    State(served): Ours,
+    State(state): Ours,
     method: Method,
     headers: HeaderMap,
     number: Result<Path<u32>, PathRejection>,
 ) -> Response {
-    if let Some(refused) = refusal(&served, &method, &headers) {
+    if let Some(refused) = refusal(&state, &method, &headers) {
         return refused;
     }
-    let found = match (&served.site.incidents, number) {
+    let found = match (&state.services.incidents, number) {
         // From a disk, but less than a megabyte.
         (Some(incidents), Ok(Path(number))) => incidents.bytes(number).ok(),
         _ => None,
@@ -194,25 +194,25 @@ async fn incident(
 
 /// Frames of a span of the recording, one after the other.
 async fn past(
-    State(served): Ours,
+    State(state): Ours,
     method: Method,
     headers: HeaderMap,
-    span: Result<Query<Span>, QueryRejection>,
+    span: Result<Query<PastSpan>, QueryRejection>,
 ) -> Response {
-    if let Some(refused) = refusal(&served, &method, &headers) {
+    if let Some(refused) = refusal(&state, &method, &headers) {
         return refused;
     }
-    let Some(open) = served.site.past.clone() else {
+    let Some(open) = state.services.past.clone() else {
         return plain::line(StatusCode::NOT_FOUND, "nothing is recorded\n");
     };
-    let Some(span) = span.ok().map(|Query(span)| span).filter(Span::is_valid) else {
+    let Some(span) = span.ok().map(|Query(span)| span).filter(PastSpan::is_valid) else {
         return plain::line(
             StatusCode::BAD_REQUEST,
             "from_s, to_s (at most 600 s) and count (2 to 1000) are needed\n",
         );
     };
     // Refused, not queued: reading for a page that shows another time by then is wasted.
-    let Ok(_place) = served.readers.try_acquire() else {
+    let Ok(_permit) = state.readers.try_acquire() else {
         return plain::line(
             StatusCode::SERVICE_UNAVAILABLE,
             "another page reads; try again\n",
@@ -232,12 +232,12 @@ async fn past(
 }
 
 /// The refusal of a request for data that is not a GET or has no role.
-fn refusal(served: &Served, method: &Method, headers: &HeaderMap) -> Option<Response> {
+fn refusal(state: &AppState, method: &Method, headers: &HeaderMap) -> Option<Response> {
     if method != Method::GET {
         return Some(plain::line(StatusCode::METHOD_NOT_ALLOWED, "only GET\n"));
     }
     let needed = "a cookie or a bearer token is needed\n";
-    let is_known = served.site.gate.role(headers).is_some();
+    let is_known = state.services.access.role(headers).is_some();
     (!is_known).then(|| plain::line(StatusCode::UNAUTHORIZED, needed))
 }
 
@@ -256,13 +256,13 @@ struct TokenBody {
 
 /// Gives a viewer the role of an operator.
 async fn token(
-    State(served): Ours,
+    State(state): Ours,
     headers: HeaderMap,
     body: Result<axum::Json<TokenBody>, JsonRejection>,
 ) -> Response {
-    let gate = &served.site.gate;
+    let access = &state.services.access;
     // Another site could otherwise change the role of this browser.
-    if !gate.is_from_us(&headers) {
+    if !access.is_from_us(&headers) {
         return plain::line(
             StatusCode::FORBIDDEN,
             "a page of another origin may not do this\n",
@@ -274,29 +274,29 @@ async fn token(
             "a JSON object with `token` is needed\n",
         );
     };
-    let Some(role) = gate.role_of_token(&token) else {
+    let Some(role) = access.role_of_token(&token) else {
         return plain::line(StatusCode::FORBIDDEN, "this is not the token of this run\n");
     };
     let mut response = StatusCode::NO_CONTENT.into_response();
-    put_cookie(&mut response, &gate.set_cookie(role));
+    put_cookie(&mut response, &access.set_cookie(role));
     response
 }
 
 async fn websocket(
-    State(served): Ours,
+    State(state): Ours,
     ConnectInfo(idle): ConnectInfo<Idle>,
     headers: HeaderMap,
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
 ) -> Response {
-    let gate = &served.site.gate;
+    let access = &state.services.access;
     // Browsers let any site open a websocket: only the origin tells them apart.
-    if !gate.is_from_us(&headers) {
+    if !access.is_from_us(&headers) {
         return plain::line(
             StatusCode::FORBIDDEN,
             "a page of another origin may not do this\n",
         );
     }
-    let Some(role) = gate.role(&headers) else {
+    let Some(role) = access.role(&headers) else {
         return plain::line(
             StatusCode::UNAUTHORIZED,
             "a cookie or a bearer token is needed\n",
@@ -306,13 +306,13 @@ async fn websocket(
         return plain::line(StatusCode::BAD_REQUEST, "this is for websockets\n");
     };
     // Before the upgrade, so that a page that is one too many gets a readable refusal.
-    let Ok(place) = served.sockets.clone().try_acquire_owned() else {
+    let Ok(permit) = state.sockets.clone().try_acquire_owned() else {
         return plain::line(StatusCode::SERVICE_UNAVAILABLE, "too many pages are open\n");
     };
     socket::limit(upgrade).on_upgrade(move |socket| async move {
         // A websocket is tested by pings instead.
         idle.switch_off();
-        socket::serve(socket, served, role).await;
-        drop(place);
+        socket::serve(socket, state, role).await;
+        drop(permit);
     })
 }

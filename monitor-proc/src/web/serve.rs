@@ -8,11 +8,11 @@ use std::time::Duration;
 use tokio::net::{TcpListener, TcpSocket};
 use tokio::sync::Semaphore;
 
-use super::link::LimitedListener;
+use super::connection::LimitedListener;
+use super::connection_limit::Idle;
 use super::routes;
-use super::site::Served;
-pub use super::site::Site;
-use super::slots::Idle;
+use super::state::AppState;
+pub use super::state::Services;
 
 /// Largest number of websockets.
 // Each gets every frame, 60 a second.
@@ -74,19 +74,19 @@ impl Listening {
         self.address
     }
 
-    /// Serves `site`; ends only when it is dropped.
+    /// Serves `services`; ends only when it is dropped.
     ///
     /// # Errors
     ///
     /// When the port is lost.
-    pub async fn serve(self, site: Site) -> io::Result<()> {
-        let served = Arc::new(Served {
-            site,
+    pub async fn serve(self, services: Services) -> io::Result<()> {
+        let state = Arc::new(AppState {
+            services,
             sockets: Arc::new(Semaphore::new(MAX_SOCKETS)),
             readers: Semaphore::new(MAX_READERS),
             edits: Semaphore::new(1),
         });
-        let router = routes::router(served);
+        let router = routes::router(state);
         let service = router.into_make_service_with_connect_info::<Idle>();
         axum::serve(LimitedListener::new(self.listener), service).await
     }

@@ -1,10 +1,10 @@
-//! The websocket of one page: the newest frame and all news to it, commands from it.
+//! The websocket of one page: the newest frame and all messages to it, commands from it.
 //!
 //! A page may be slow, gone without a word, or hostile. The rules: every queue to and from a
 //! page is bounded; a page that does not read gets the newest frame later instead of all
 //! frames, and is closed when it reads nothing for ten seconds; no page can delay another one
-//! or the monitor. Frames may be skipped, news may not: a page that missed some is sent the
-//! whole state.
+//! or the monitor. Frames may be skipped, messages may not: a page that missed some is sent
+//! the whole state.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -19,13 +19,13 @@ use tokio::sync::broadcast::error::RecvError;
 use tokio::sync::{Semaphore, mpsc, oneshot, watch};
 use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
 
-use super::site::Served;
-use crate::hub::Joined;
+use super::state::AppState;
+use crate::feed::broadcast::Subscription;
 use crate::page::command::{self, Command, Order, PlayOrder};
-use crate::page::desk::{Answer, Reply};
+use crate::page::queue::{Answer, Reply};
 use crate::page::rate::RateLimit;
 use crate::page::role::Role;
-use crate::scrub::{Glimpse, Scrubber, When};
+use crate::timeline::scrub::{PastMoment, Scrubber, SeekTarget};
 
 /// Largest message of a page (bytes).
 // Commands only; the library's default of 64 MiB would be reserved for one page.
@@ -44,7 +44,7 @@ const PING: Duration = Duration::from_secs(10);
 /// A page that reads nothing for this time is closed.
 const SEND_PATIENCE: Duration = Duration::from_secs(10);
 /// Time for the closing message.
-const LAST_WORD: Duration = Duration::from_secs(1);
+const CLOSING_TIME: Duration = Duration::from_secs(1);
 /// Sent when a page that showed the past returns to the present.
 const NOW: &str = r#"{"t":"now"}"#;
 
@@ -57,7 +57,7 @@ enum Out {
     /// Send the task's state again.
     Again,
     /// Show these moments, or the present.
-    Past(Option<watch::Receiver<Glimpse>>),
+    Past(Option<watch::Receiver<PastMoment>>),
 }
 
 /// Sets the limits of a websocket.
@@ -72,38 +72,38 @@ pub(super) fn limit(upgrade: WebSocketUpgrade) -> WebSocketUpgrade {
 }
 
 /// Serves one page until it closes.
-pub(super) async fn serve(socket: WebSocket, served: Arc<Served>, role: Role) {
-    // Before anything is read: the page is a member from here on and misses no news.
-    let joined = served.site.hub.join(role);
+pub(super) async fn serve(socket: WebSocket, state: Arc<AppState>, role: Role) {
+    // Before anything is read: the page is a subscriber from here on and misses no message.
+    let subscription = state.services.broadcast.subscribe(role);
     let (sink, stream) = socket.split();
     let (out, outgoing) = mpsc::channel(MAX_ANSWERS);
-    let (last_word, last) = oneshot::channel();
-    let heard = Arc::new(AtomicBool::new(true));
+    let (close, closed) = oneshot::channel();
+    let is_alive = Arc::new(AtomicBool::new(true));
     let writer = Writer {
         sink,
-        served: served.clone(),
+        state: state.clone(),
         outgoing,
-        scrubbed: None,
-        heard: heard.clone(),
-        unheard: 0,
+        past: None,
+        is_alive: is_alive.clone(),
+        missed_pings: 0,
     };
     let reader = Reader {
-        served,
+        state,
         role,
         out,
         under_way: Arc::new(Semaphore::new(MAX_UNDER_WAY)),
         scrubber: None,
-        began: Instant::now(),
+        start: Instant::now(),
     };
     // Either half ends the page: the writer when sending fails, the reader when the page ends.
-    let mut writing = std::pin::pin!(writer.run(joined, last));
+    let mut writing = std::pin::pin!(writer.run(subscription, closed));
     tokio::select! {
         () = &mut writing => {}
-        why = reader.run(stream, &heard) => {
-            let told = last_word.send(why).is_ok();
-            if told {
+        why = reader.run(stream, &is_alive) => {
+            let is_sent = close.send(why).is_ok();
+            if is_sent {
                 // A page that does not read it is closed all the same.
-                let _heard = timeout(LAST_WORD, writing).await.is_ok();
+                let _sent = timeout(CLOSING_TIME, writing).await.is_ok();
             }
         }
     }
@@ -111,17 +111,21 @@ pub(super) async fn serve(socket: WebSocket, served: Arc<Served>, role: Role) {
 
 struct Writer {
     sink: Sink,
-    served: Arc<Served>,
+    state: Arc<AppState>,
     outgoing: mpsc::Receiver<Out>,
-    scrubbed: Option<watch::Receiver<Glimpse>>,
-    heard: Arc<AtomicBool>,
-    unheard: u32,
+    past: Option<watch::Receiver<PastMoment>>,
+    is_alive: Arc<AtomicBool>,
+    missed_pings: u32,
 }
 
 impl Writer {
-    async fn run(mut self, mut joined: Joined, mut last: oneshot::Receiver<Option<&'static str>>) {
+    async fn run(
+        mut self,
+        mut updates: Subscription,
+        mut closed: oneshot::Receiver<Option<&'static str>>,
+    ) {
         // The whole state first, then changes to it.
-        for text in std::mem::take(&mut joined.state) {
+        for text in std::mem::take(&mut updates.state) {
             if !self.text(text).await {
                 return;
             }
@@ -130,24 +134,24 @@ impl Writer {
         // After a pause of the machine one ping, not a burst that no page can answer.
         ping.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
-            let goes_on = tokio::select! {
-                // In this order: an end comes first, answers before news, and frames last, as
+            let continues = tokio::select! {
+                // In this order: an end comes first, answers before messages, and frames last, as
                 // only they may be skipped.
                 biased;
-                why = &mut last => return self.close(why.ok().flatten()).await,
-                why = gone(&mut joined.gone) => return self.close(Some(why)).await,
-                Some(out) = self.outgoing.recv() => self.out(out, &mut joined.frames).await,
-                news = joined.news.recv() => match news {
+                why = &mut closed => return self.close(why.ok().flatten()).await,
+                why = closed_for(&mut updates.close_reason) => return self.close(Some(why)).await,
+                Some(out) = self.outgoing.recv() => self.out(out, &mut updates.frames).await,
+                message = updates.messages.recv() => match message {
                     Ok(text) => self.text(text).await,
-                    // The page was too slow for the news: it gets the
+                    // The page was too slow for the messages: it gets the
                     // whole state instead of a gap.
-                    Err(RecvError::Lagged(_)) => self.story().await,
+                    Err(RecvError::Lagged(_)) => self.send_state().await,
                     Err(RecvError::Closed) => return self.close(Some("end")).await,
                 },
-                shown = newest(&mut joined.frames, &mut self.scrubbed) => self.show(shown).await,
+                shown = newest(&mut updates.frames, &mut self.past) => self.show(shown).await,
                 _ = ping.tick() => self.ping().await,
             };
-            if !goes_on {
+            if !continues {
                 return;
             }
         }
@@ -156,23 +160,23 @@ impl Writer {
     async fn out(&mut self, out: Out, live: &mut watch::Receiver<Bytes>) -> bool {
         match out {
             Out::Text(text) => self.text(text).await,
-            Out::Again => self.story().await,
-            Out::Past(Some(glimpses)) => {
-                self.scrubbed = Some(glimpses);
+            Out::Again => self.send_state().await,
+            Out::Past(Some(moments)) => {
+                self.past = Some(moments);
                 live.mark_changed();
                 true
             }
             Out::Past(None) => {
-                self.scrubbed = None;
+                self.past = None;
                 // The present counts as new after a return from the past.
                 live.mark_changed();
-                self.text(Utf8Bytes::from_static(NOW)).await && self.story().await
+                self.text(Utf8Bytes::from_static(NOW)).await && self.send_state().await
             }
         }
     }
 
-    async fn story(&mut self) -> bool {
-        for text in self.served.site.hub.story() {
+    async fn send_state(&mut self) -> bool {
+        for text in self.state.services.broadcast.trace() {
             if !self.text(text).await {
                 return false;
             }
@@ -180,10 +184,10 @@ impl Writer {
         true
     }
 
-    /// News of a moment are sent before its frame.
-    async fn show(&mut self, shown: Glimpse) -> bool {
-        let told = shown.told.is_empty() || self.text(shown.told).await;
-        told && (shown.frame.is_empty() || self.send(Message::Binary(shown.frame)).await)
+    /// The message about a moment is sent before its frame.
+    async fn show(&mut self, shown: PastMoment) -> bool {
+        let is_sent = shown.message.is_empty() || self.text(shown.message).await;
+        is_sent && (shown.frame.is_empty() || self.send(Message::Binary(shown.frame)).await)
     }
 
     async fn text(&mut self, text: Utf8Bytes) -> bool {
@@ -191,12 +195,12 @@ impl Writer {
     }
 
     async fn ping(&mut self) -> bool {
-        self.unheard += 1;
+        self.missed_pings += 1;
         // Any message of the page counts as an answer, so a busy page is never closed.
-        if self.heard.swap(false, Ordering::AcqRel) {
-            self.unheard = 0;
+        if self.is_alive.swap(false, Ordering::AcqRel) {
+            self.missed_pings = 0;
         }
-        self.unheard < 3 && self.send(Message::Ping(Bytes::new())).await
+        self.missed_pings < 3 && self.send(Message::Ping(Bytes::new())).await
     }
 
     /// Other messages wait meanwhile; when it is done the newest frame is sent.
@@ -219,8 +223,8 @@ impl Writer {
 }
 
 /// The reason why all connections end, once they do.
-async fn gone(gone: &mut watch::Receiver<Option<&'static str>>) -> &'static str {
-    match gone.wait_for(Option::is_some).await {
+async fn closed_for(reason: &mut watch::Receiver<Option<&'static str>>) -> &'static str {
+    match reason.wait_for(Option::is_some).await {
         Ok(why) => why.unwrap_or("end"),
         Err(_) => "end",
     }
@@ -229,13 +233,13 @@ async fn gone(gone: &mut watch::Receiver<Option<&'static str>>) -> &'static str 
 /// The next moment to show: of the time the page shows, once one is available.
 async fn newest(
     live: &mut watch::Receiver<Bytes>,
-    scrubbed: &mut Option<watch::Receiver<Glimpse>>,
-) -> Glimpse {
-    let now = |frame| Glimpse {
+    past: &mut Option<watch::Receiver<PastMoment>>,
+) -> PastMoment {
+    let now = |frame| PastMoment {
         frame,
-        ..Glimpse::default()
+        ..PastMoment::default()
     };
-    let Some(past) = scrubbed else {
+    let Some(past) = past else {
         return now(changed(live).await);
     };
     // Until the first frame of the past is there the present continues: no black page.
@@ -243,7 +247,7 @@ async fn newest(
         return changed(past).await;
     }
     tokio::select! {
-        glimpse = changed(past) => glimpse,
+        moment = changed(past) => moment,
         frame = changed(live) => now(frame),
     }
 }
@@ -257,12 +261,12 @@ async fn changed<T: Clone>(shown: &mut watch::Receiver<T>) -> T {
 }
 
 struct Reader {
-    served: Arc<Served>,
+    state: Arc<AppState>,
     role: Role,
     out: mpsc::Sender<Out>,
     under_way: Arc<Semaphore>,
     scrubber: Option<Scrubber>,
-    began: Instant,
+    start: Instant,
 }
 
 impl Reader {
@@ -270,13 +274,13 @@ impl Reader {
     async fn run(
         mut self,
         mut stream: SplitStream<WebSocket>,
-        heard: &AtomicBool,
+        is_alive: &AtomicBool,
     ) -> Option<&'static str> {
         let mut limit = RateLimit::new(0.0);
         while let Some(message) = stream.next().await {
-            heard.store(true, Ordering::Release);
+            is_alive.store(true, Ordering::Release);
             // Counted before parsing, which is the costly part.
-            if !limit.allows(self.began.elapsed().as_secs_f64()) {
+            if !limit.allows(self.start.elapsed().as_secs_f64()) {
                 return Some("flood");
             }
             match message {
@@ -297,32 +301,32 @@ impl Reader {
         };
         // The number first, so that every refusal can name its command.
         let id = command::id(&value);
-        match command::parse(&value, &self.served.site.names) {
+        match command::parse(&value, &self.state.services.names) {
             Err(why) => self.refuse(id, &why).await,
             Ok(Command::Again) => {
                 self.hand_over(Out::Again).await;
                 self.answer(id, &Reply::done()).await;
             }
             Ok(Command::Seek(order)) => self.seek(id, order).await,
-            Ok(Command::Order(order, said)) => self.order(id, order, &said).await,
+            Ok(Command::Order(order, description)) => self.order(id, order, &description).await,
         }
     }
 
-    async fn order(&mut self, id: u64, order: Order, said: &str) {
+    async fn order(&mut self, id: u64, order: Order, description: &str) {
         // Checked here for orders of every kind: viewers only look.
         if self.role < Role::Operator {
             let why = "this page may only look; give it the operator's token";
             return self.refuse(id, why).await;
         }
         if let Some(answer) = self.promise(id).await {
-            self.served.site.desk.take(order, said, answer);
+            self.state.services.queue.push(order, description, answer);
         }
     }
 
     /// Another time: of a live cell for this page only, of a replay for all.
     async fn seek(&mut self, id: u64, order: PlayOrder) {
-        let site = &self.served.site;
-        let (Some(open), Some(_)) = (site.past.clone(), &site.incidents) else {
+        let services = &self.state.services;
+        let (Some(open), Some(_)) = (services.past.clone(), &services.incidents) else {
             return self.order(id, Order::Play(order), "").await;
         };
         // Without a time: back to the present.
@@ -335,7 +339,7 @@ impl Reader {
         if self.scrubber.is_none() {
             match Scrubber::start(open) {
                 Ok(scrubber) => {
-                    self.hand_over(Out::Past(Some(scrubber.glimpses()))).await;
+                    self.hand_over(Out::Past(Some(scrubber.moments()))).await;
                     self.scrubber = Some(scrubber);
                 }
                 Err(error) => return self.refuse(id, &error.to_string()).await,
@@ -345,13 +349,13 @@ impl Reader {
             && let Some(scrubber) = &self.scrubber
         {
             let epoch = order.epoch;
-            scrubber.seek(When { epoch, time_s }, answer);
+            scrubber.seek(SeekTarget { epoch, time_s }, answer);
         }
     }
 
     /// The receiver of an answer, sent when it arrives; none when too many are awaited.
     async fn promise(&self, id: u64) -> Option<Answer> {
-        let Ok(place) = self.under_way.clone().try_acquire_owned() else {
+        let Ok(permit) = self.under_way.clone().try_acquire_owned() else {
             self.refuse(id, "busy with the commands before; try again")
                 .await;
             return None;
@@ -360,8 +364,8 @@ impl Reader {
         let out = self.out.clone();
         tokio::spawn(async move {
             let reply = reply.await;
-            // The slot is free before the answer is sent: a slow page must not keep it.
-            drop(place);
+            // The permit is free before the answer is sent: a slow page must not keep it.
+            drop(permit);
             let no_answer = || Reply::refused("there was no answer; the monitor may be ending");
             let text = acknowledge(id, &reply.unwrap_or_else(|_| no_answer()));
             let _page_is_there = out.send(Out::Text(text)).await.is_ok();

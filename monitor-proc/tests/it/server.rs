@@ -6,7 +6,7 @@ use std::io::Read;
 
 use cell_model::runs::secrets::PageSecrets;
 use monitor_proc::web::files::Files;
-use server_bench::{Bench, OPERATOR, VIEWER, ask, last_word, status, text};
+use server_bench::{Bench, OPERATOR, VIEWER, ask, closing, status, text};
 use tungstenite::Message;
 
 fn bearer(token: &str) -> String {
@@ -215,7 +215,7 @@ fn a_viewer_looks_and_becomes_an_operator_with_the_token() {
             .as_bool()
             .unwrap()
     );
-    assert!(bench.desk.0.lock().unwrap().is_empty());
+    assert!(bench.queue.0.lock().unwrap().is_empty());
     let ours = format!(
         "Origin: http://{}\r\n{}",
         bench.host(),
@@ -256,7 +256,7 @@ fn an_oversized_message_closes_its_sender_alone() {
     // It may be closed before everything is written.
     let _sent = sender.send(Message::text("x".repeat(70_000)));
     assert!(matches!(
-        last_word(&mut sender).as_deref(),
+        closing(&mut sender).as_deref(),
         None | Some("too large")
     ));
     assert!(
@@ -280,10 +280,10 @@ fn a_flood_is_closed_and_the_others_are_answered() {
         }
     }
     assert!(matches!(
-        last_word(&mut flood).as_deref(),
+        closing(&mut flood).as_deref(),
         None | Some("flood")
     ));
-    assert!(bench.desk.0.lock().unwrap().len() <= 250);
+    assert!(bench.queue.0.lock().unwrap().len() <= 250);
     assert!(
         ask(&mut honest, r#"{"id": 1, "do": "pause"}"#)["ok"]
             .as_bool()

@@ -4,10 +4,10 @@ use crate::server_bench;
 
 use ipc_types::trace::{TraceEvent, TraceKind};
 use ipc_types::{Text, TraceLine, Wire};
-use monitor_proc::hub::Timeline;
+use monitor_proc::feed::broadcast::RecordedSpan;
 use monitor_proc::page::command::Order;
 use serde_json::json;
-use server_bench::{Bench, OPERATOR, VIEWER, ask, frame, last_word, text};
+use server_bench::{Bench, OPERATOR, VIEWER, ask, closing, frame, text};
 
 fn line(kind: TraceKind, to: u32, words: &str) -> TraceLine {
     let mut line = TraceLine::zeroed();
@@ -20,24 +20,26 @@ fn line(kind: TraceKind, to: u32, words: &str) -> TraceLine {
 fn a_late_joiner_is_told_everything_and_then_what_is_new() {
     let bench = Bench::start();
     let node = "tree\u{1f}root\u{1f}selector\u{1f}<b>Root\u{1f}";
-    bench.hub.take_line(&line(TraceKind::Node, 1, node));
-    bench.hub.take_line(&line(TraceKind::Statuses, 0, "R"));
+    bench.broadcast.take_line(&line(TraceKind::Node, 1, node));
     bench
-        .hub
+        .broadcast
+        .take_line(&line(TraceKind::Statuses, 0, "R"));
+    bench
+        .broadcast
         .take_line(&line(TraceKind::Key, 0, "local.cube=red"));
     let mut drop = line(TraceKind::Log, 0, "[drop] red_cube left the gripper");
     drop.event = TraceEvent::Drop.code();
-    bench.hub.take_line(&drop);
-    bench.hub.tell_news();
+    bench.broadcast.take_line(&drop);
+    bench.broadcast.publish_trace();
     bench
-        .hub
-        .tell_status(&json!({ "t": "status", "rt": "fifo" }));
-    bench.hub.tell_timeline(&Timeline {
+        .broadcast
+        .publish_status(&json!({ "t": "status", "rt": "fifo" }));
+    bench.broadcast.publish_recorded_span(&RecordedSpan {
         from_s: 0.5,
         to_s: 1.5,
         epochs: Vec::new(),
     });
-    bench.hub.frame(b"first".to_vec());
+    bench.broadcast.frame(b"first".to_vec());
     let mut late = bench.socket(VIEWER).unwrap();
     let hello = text(&mut late, "hello");
     assert_eq!(
@@ -59,8 +61,10 @@ fn a_late_joiner_is_told_everything_and_then_what_is_new() {
     assert_eq!(text(&mut late, "status")["rt"], "fifo");
     assert_eq!(text(&mut late, "timeline")["to_s"], 1.5);
     assert_eq!(frame(&mut late), b"first");
-    bench.hub.take_line(&line(TraceKind::Statuses, 0, "S"));
-    bench.hub.tell_news();
+    bench
+        .broadcast
+        .take_line(&line(TraceKind::Statuses, 0, "S"));
+    bench.broadcast.publish_trace();
     assert_eq!(text(&mut late, "statuses")["letters"], "S");
     late.send(tungstenite::Message::text(r#"{"id": 1, "do": "again"}"#))
         .unwrap();
@@ -81,7 +85,7 @@ fn a_slow_reader_gets_the_newest_frame_and_holds_nobody_up() {
     for number in 1..=frames {
         let mut bytes = vec![0; 16 << 10];
         bytes[..4].copy_from_slice(&number.to_le_bytes());
-        bench.hub.frame(bytes);
+        bench.broadcast.frame(bytes);
         std::thread::sleep(std::time::Duration::from_micros(200));
     }
     let number = |frame: &[u8]| u32::from_le_bytes(frame[..4].try_into().unwrap());
@@ -149,7 +153,7 @@ fn hostile_commands_are_answered_with_the_field_that_is_wrong() {
         );
         assert!(message.len() < 400, "{message}");
     }
-    assert!(bench.desk.0.lock().unwrap().is_empty());
+    assert!(bench.queue.0.lock().unwrap().is_empty());
 }
 
 #[test]
@@ -171,7 +175,7 @@ fn good_commands_arrive_as_they_were_meant() {
             "{ack}"
         );
     }
-    let taken = bench.desk.0.lock().unwrap();
+    let taken = bench.queue.0.lock().unwrap();
     let Order::Operate(drag) = &taken[0].0 else {
         panic!("{:?}", taken[0])
     };
@@ -202,7 +206,7 @@ fn good_commands_arrive_as_they_were_meant() {
 fn one_page_looks_back_while_another_sees_what_is_live() {
     let bench = Bench::start();
     let (mut back, mut live) = (bench.socket(VIEWER).unwrap(), bench.socket(VIEWER).unwrap());
-    bench.hub.frame(b"live 1".to_vec());
+    bench.broadcast.frame(b"live 1".to_vec());
     assert_eq!(
         (frame(&mut back), frame(&mut live)),
         (b"live 1".to_vec(), b"live 1".to_vec())
@@ -214,7 +218,7 @@ fn one_page_looks_back_while_another_sees_what_is_live() {
     // The present is shown until the past is available; its messages follow with it.
     assert_eq!(text(&mut back, "past")["time_s"], 2.5);
     assert_eq!(frame(&mut back), b"past 2.5");
-    bench.hub.frame(b"live 2".to_vec());
+    bench.broadcast.frame(b"live 2".to_vec());
     assert_eq!(frame(&mut live), b"live 2");
     let ack = ask(&mut back, r#"{"id": 2, "do": "seek", "time_s": 99}"#);
     assert!(!ack["ok"].as_bool().unwrap());
@@ -232,7 +236,7 @@ fn whoever_leaves_says_why() {
     let bench = Bench::start();
     let mut page = bench.socket(VIEWER).unwrap();
     text(&mut page, "hello");
-    bench.hub.close("restart");
-    bench.hub.close("end");
-    assert_eq!(last_word(&mut page).as_deref(), Some("restart"));
+    bench.broadcast.close("restart");
+    bench.broadcast.close("end");
+    assert_eq!(closing(&mut page).as_deref(), Some("restart"));
 }

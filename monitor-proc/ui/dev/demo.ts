@@ -230,12 +230,12 @@ export function startDemo(store: Store): void {
     return Promise.resolve({ id: 0, ok: true, tick: 0, message: "" });
   };
   store.connected = true;
-  store.tell("connection", true);
+  store.emit("connection", true);
   store.takeText({ t: "scene", scene: cell });
   const flags = query.has("held") ? 8 : 0;
   const show = () => {
     store.snapshot = snapshot(cell, query.has("still") ? 0 : performance.now() / 1000, flags);
-    store.tell("snapshot", store.snapshot);
+    store.emit("snapshot", store.snapshot);
   };
   show();
   if (!query.has("still")) setInterval(show, 1000 / 60);

@@ -1,6 +1,6 @@
 // Starts the page: the store, the 3D view, the panels around it, the connection.
 import "./style.css";
-import { connect } from "./net/link";
+import { connect } from "./net/connection";
 import { followMoment } from "./net/moment";
 import { Store } from "./net/store";
 import { mountPanels } from "./panels/index";

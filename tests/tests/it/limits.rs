@@ -139,7 +139,7 @@ const NOT_CAPACITIES: [&str; 38] = [
     "launch/src/chaos/fault.rs::MOST_FILLED",
     "launch/src/chaos/kills.rs::MOST_TICKS_LOST",
     "launch/src/client/approach.rs::MOST_S",
-    "monitor-proc/src/pace.rs::MAX_LOOKS",
+    "monitor-proc/src/feed/real_time_factor.rs::MAX_SAMPLES",
     "monitor-proc/src/page/fields.rs::MAX_WHOLE",
     "monitor-proc/src/recorder/latency.rs::MAX_NS",
     "physics-proc/src/arm/watchdog.rs::MAX_OUTSIDE_TICKS",

@@ -1,4 +1,4 @@
-//! A server with a hub only the test feeds, and blunt clients.
+//! A server with a broadcast only the test sends to, and blunt clients.
 
 #![allow(
     clippy::unwrap_used,
@@ -17,13 +17,13 @@ use std::time::Duration;
 
 use cell_model::runs::incident::Incidents;
 use cell_model::runs::spec::PageSecrets;
-use monitor_proc::hub::{Hello, Hub, RunInfo};
+use monitor_proc::feed::broadcast::{Broadcast, Hello, RunInfo};
 use monitor_proc::page::command::{Names, Order};
-use monitor_proc::page::desk::{Answer, Desk, Reply, send};
-use monitor_proc::scrub::{OpenPast, Past, Span, When};
+use monitor_proc::page::queue::{Answer, CommandQueue, Reply, send};
+use monitor_proc::timeline::scrub::{OpenPast, PastReader, PastSpan, SeekTarget};
+use monitor_proc::web::access::AccessControl;
 use monitor_proc::web::files::Files;
-use monitor_proc::web::gate::Gate;
-use monitor_proc::web::{Site, bind};
+use monitor_proc::web::{Services, bind};
 use serde_json::{Value, json};
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Message, WebSocket};
@@ -37,11 +37,11 @@ pub type Socket = WebSocket<TcpStream>;
 
 /// Remembers its requests, and accepts them.
 #[derive(Default)]
-pub struct FakeDesk(pub Mutex<Vec<(Order, String)>>);
+pub struct FakeQueue(pub Mutex<Vec<(Order, String)>>);
 
-impl Desk for FakeDesk {
-    fn take(&self, order: Order, said: &str, answer: Answer) {
-        self.0.lock().unwrap().push((order, said.to_owned()));
+impl CommandQueue for FakeQueue {
+    fn push(&self, order: Order, description: &str, answer: Answer) {
+        self.0.lock().unwrap().push((order, description.to_owned()));
         send(
             answer,
             Reply {
@@ -55,27 +55,27 @@ impl Desk for FakeDesk {
 /// A recording of ten seconds; its frames contain their time.
 struct FakePast;
 
-impl Past for FakePast {
-    fn frame(&mut self, when: When) -> Result<Vec<u8>, String> {
-        if when.time_s > 10.0 {
+impl PastReader for FakePast {
+    fn frame(&mut self, target: SeekTarget) -> Result<Vec<u8>, String> {
+        if target.time_s > 10.0 {
             return Err("not recorded".to_owned());
         }
-        Ok(format!("past {}", when.time_s).into_bytes())
+        Ok(format!("past {}", target.time_s).into_bytes())
     }
 
-    fn told(&mut self, when: When) -> Value {
-        json!({ "t": "past", "time_s": when.time_s, "epoch": when.epoch })
+    fn message(&mut self, target: SeekTarget) -> Value {
+        json!({ "t": "past", "time_s": target.time_s, "epoch": target.epoch })
     }
 
-    fn frames(&mut self, span: &Span) -> Result<Vec<u8>, String> {
+    fn frames(&mut self, span: &PastSpan) -> Result<Vec<u8>, String> {
         let times = span.times_s().map(|time_s| time_s.to_string());
         Ok(times.collect::<Vec<_>>().join(" ").into_bytes())
     }
 }
 
 pub struct Bench {
-    pub hub: Arc<Hub>,
-    pub desk: Arc<FakeDesk>,
+    pub broadcast: Arc<Broadcast>,
+    pub queue: Arc<FakeQueue>,
     pub address: SocketAddr,
     server: Option<std::thread::JoinHandle<()>>,
     /// Of incidents: number 3 is there.
@@ -88,22 +88,26 @@ impl Bench {
     }
 
     pub fn with(files: Files, live: bool) -> Self {
-        Self::serve(files, live, |gate| gate)
+        Self::serve(files, live, |access| access)
     }
 
     pub fn with_one_time_links(file: &Path) -> Self {
         let file = file.to_owned();
-        Self::serve(Files::default(), true, |gate| {
-            gate.with_one_time_links(file)
+        Self::serve(Files::default(), true, |access| {
+            access.with_one_time_links(file)
         })
     }
 
     pub fn with_host(name: &str) -> Self {
         let name = Some(name.to_owned());
-        Self::serve(Files::default(), true, |gate| gate.with_host(name))
+        Self::serve(Files::default(), true, |access| access.with_host(name))
     }
 
-    fn serve(files: Files, live: bool, set_up: impl FnOnce(Gate) -> Gate + Send + 'static) -> Self {
+    fn serve(
+        files: Files,
+        live: bool,
+        set_up: impl FnOnce(AccessControl) -> AccessControl + Send + 'static,
+    ) -> Self {
         let name = "<script>alert(1)</script>";
         let kept = tempfile::tempdir().unwrap();
         let incidents = Incidents::at(kept.path().to_owned());
@@ -122,10 +126,11 @@ impl Bench {
             demos: Vec::new(),
             source: None,
         };
-        let hub = Hub::new(hello, json!({ "demo": "d", "objects": [{ "name": name }] }));
-        let desk = Arc::new(FakeDesk::default());
-        let (tell, told) = std::sync::mpsc::channel();
-        let (fed, asked) = (hub.clone(), desk.clone());
+        let broadcast =
+            Broadcast::new(hello, json!({ "demo": "d", "objects": [{ "name": name }] }));
+        let queue = Arc::new(FakeQueue::default());
+        let (send_address, address) = std::sync::mpsc::channel();
+        let (source, commands) = (broadcast.clone(), queue.clone());
         let server = std::thread::spawn(move || {
             let runtime = tokio::runtime::Builder::new_current_thread()
                 .enable_all()
@@ -134,32 +139,34 @@ impl Bench {
             runtime.block_on(async {
                 let listening = bind("127.0.0.1:0".parse().unwrap()).await.unwrap();
                 let address = listening.address();
-                tell.send(address).unwrap();
-                let site = Site {
-                    gate: set_up(Gate::new(address, secrets())),
+                send_address.send(address).unwrap();
+                let services = Services {
+                    access: set_up(AccessControl::new(address, secrets())),
                     files,
                     meshes: Files::default(),
                     hint: "install <Node>".to_owned(),
-                    hub: fed.clone(),
-                    desk: asked,
+                    broadcast: source.clone(),
+                    queue: commands,
                     names: Names {
                         objects: vec!["red_cube".to_owned(), name.to_owned()],
                         arms: 1,
                     },
                     policies: None,
-                    past: Some(Arc::new(|| Ok(Box::new(FakePast) as Box<dyn Past>)) as OpenPast),
+                    past: Some(
+                        Arc::new(|| Ok(Box::new(FakePast) as Box<dyn PastReader>)) as OpenPast
+                    ),
                     incidents: live.then_some(incidents),
                 };
                 tokio::select! {
-                    served = listening.serve(site) => served.unwrap(),
-                    () = fed.closed() => tokio::time::sleep(Duration::from_millis(100)).await,
+                    served = listening.serve(services) => served.unwrap(),
+                    () = source.closed() => tokio::time::sleep(Duration::from_millis(100)).await,
                 }
             });
         });
         Self {
-            hub,
-            desk,
-            address: told.recv().unwrap(),
+            broadcast,
+            queue,
+            address: address.recv().unwrap(),
             server: Some(server),
             _kept: kept,
         }
@@ -238,7 +245,7 @@ impl Bench {
 
 impl Drop for Bench {
     fn drop(&mut self) {
-        self.hub.close("end");
+        self.broadcast.close("end");
         if let Some(server) = self.server.take() {
             let joined = server.join();
             assert!(
@@ -299,7 +306,7 @@ pub fn ask(socket: &mut Socket, command: &str) -> Value {
 }
 
 /// Reads to the end; returns the closing message, if there was one.
-pub fn last_word(socket: &mut Socket) -> Option<String> {
+pub fn closing(socket: &mut Socket) -> Option<String> {
     let mut word = None;
     while let Ok(message) = socket.read() {
         if let Message::Text(text) = message {

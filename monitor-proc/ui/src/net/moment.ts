@@ -31,7 +31,7 @@ export function followMoment(store: Store): void {
     void store.send({ do: "seek", ...wanted }).then(({ ok, message }) => {
       if (ok) return;
       setHash(KEY, null);
-      store.tell("notice", { text: message, bad: true });
+      store.emit("notice", { text: message, bad: true });
     });
   });
   store.on("moment", (past) => {

@@ -1,4 +1,4 @@
-// All the page knows, kept over reconnections, and what tells of changes.
+// State of the page, kept over reconnections, and the events of its changes.
 import type {
   Ack,
   Command,
@@ -17,8 +17,8 @@ import { isCurrent, markedAt } from "./epochs";
 import { decode, type Snapshot } from "./snapshot";
 
 const KEPT_LINES = 2000;
-/** Messages that tell how the task's pictures stand. */
-const STORY = new Set(["graphs", "statuses", "edge", "keys", "guards"]);
+/** Messages with the statuses of the task's pictures. */
+const TRACE_MESSAGES = new Set(["graphs", "statuses", "edge", "keys", "guards"]);
 
 /** Why a connection ends in normal operation. */
 const GONE: Record<string, string> = {
@@ -37,13 +37,13 @@ export interface Events {
   /** Graph whose statuses, edge, keys or guards changed. */
   graph: number;
   log: LogLine[];
-  /** Lines that were said just now. */
-  said: LogLine[];
+  /** New lines of the log. */
+  newLines: LogLine[];
   timeline: Timeline;
   lanes: Span[];
   /** The moment of the past that is looked at from now on; null for now. */
   moment: Past | null;
-  /** Something to tell the person. */
+  /** A notice for the person. */
   notice: { text: string; bad: boolean };
 }
 
@@ -91,7 +91,7 @@ export class Store {
     return () => all.delete(listener as (value: never) => void);
   }
 
-  tell<K extends keyof Events>(what: K, value: Events[K]): void {
+  emit<K extends keyof Events>(what: K, value: Events[K]): void {
     for (const listener of this.listeners.get(what) ?? []) {
       (listener as Listener<K>)(value);
     }
@@ -107,10 +107,10 @@ export class Store {
     return markedAt(this.timeline?.epochs ?? [], line.epoch, line.time_s);
   }
 
-  /** Sends a command and tells the person when it was refused. */
+  /** Sends a command and shows a notice when it was refused. */
   async command(command: Command): Promise<Ack> {
     const ack = await this.send(command);
-    if (!ack.ok) this.tell("notice", { text: ack.message, bad: true });
+    if (!ack.ok) this.emit("notice", { text: ack.message, bad: true });
     return ack;
   }
 
@@ -118,12 +118,12 @@ export class Store {
     const snapshot = decode(frame);
     if (snapshot === null) return;
     this.snapshot = snapshot;
-    this.tell("snapshot", snapshot);
+    this.emit("snapshot", snapshot);
   }
 
   takeText(message: TextMessage): void {
     // What the task says now is told again when the past was looked at.
-    if (this.past !== null && STORY.has(message.t)) return;
+    if (this.past !== null && TRACE_MESSAGES.has(message.t)) return;
     this.take(message);
   }
 
@@ -140,13 +140,13 @@ export class Store {
         }
         this.past = null;
         this.hello = message;
-        this.tell("hello", message);
+        this.emit("hello", message);
         break;
       case "scene":
         // Another demo has another task.
         if (this.scene?.demo !== message.scene.demo) this.takeGraphs([]);
         this.scene = message.scene;
-        this.tell("scene", message.scene);
+        this.emit("scene", message.scene);
         break;
       case "status":
         this.takeStatus(message);
@@ -156,19 +156,19 @@ export class Store {
         break;
       case "statuses":
         this.letters[message.graph] = message.letters;
-        this.tell("graph", message.graph);
+        this.emit("graph", message.graph);
         break;
       case "edge":
         this.edges[message.graph] = message;
-        this.tell("graph", message.graph);
+        this.emit("graph", message.graph);
         break;
       case "keys":
         this.keys[message.graph] = { ...this.keys[message.graph], ...message.values };
-        this.tell("graph", message.graph);
+        this.emit("graph", message.graph);
         break;
       case "guards":
         this.guards[message.graph] = { ...this.guards[message.graph], ...message.values };
-        this.tell("graph", message.graph);
+        this.emit("graph", message.graph);
         break;
       case "log":
         this.takeLog(message.lines, message.all === true);
@@ -178,20 +178,20 @@ export class Store {
         break;
       case "now":
         this.past = null;
-        this.forgetStory();
-        for (const index of this.graphs.keys()) this.tell("graph", index);
-        this.tell("moment", null);
+        this.clearTrace();
+        for (const index of this.graphs.keys()) this.emit("graph", index);
+        this.emit("moment", null);
         break;
       case "lanes":
         this.lanes = withSpans(message.all ? [] : this.lanes, message.spans);
-        this.tell("lanes", this.lanes);
+        this.emit("lanes", this.lanes);
         break;
       case "timeline":
         this.timeline = message;
-        this.tell("timeline", message);
+        this.emit("timeline", message);
         break;
       case "gone":
-        this.tell("notice", { text: GONE[message.what] ?? `the monitor closed the connection: ${message.what}`, bad: !(message.what in GONE) });
+        this.emit("notice", { text: GONE[message.what] ?? `the monitor closed the connection: ${message.what}`, bad: !(message.what in GONE) });
         break;
       case "ack":
         break;
@@ -202,7 +202,7 @@ export class Store {
   private takeStatus(status: Status): void {
     const { task, equipment } = this.past ?? status;
     this.status = { ...status, task, equipment };
-    this.tell("status", this.status);
+    this.emit("status", this.status);
   }
 
   private takeLog(lines: LogLine[], all: boolean): void {
@@ -211,24 +211,24 @@ export class Store {
     this.log.push(...lines);
     this.log.splice(0, this.log.length - KEPT_LINES);
     // Nothing new was said where all is told once more.
-    this.tell("log", all && known > 0 ? [] : lines);
-    if (!all) this.tell("said", lines);
+    this.emit("log", all && known > 0 ? [] : lines);
+    if (!all) this.emit("newLines", lines);
   }
 
   private takePast(past: Past): void {
     this.past = past;
-    this.forgetStory();
+    this.clearTrace();
     this.ages.retell();
     for (const message of past.story) {
       // A recording may have begun too late for the pictures: those of now stay.
       if (message.t !== "graphs" || message.graphs.length > 0) this.take(message);
     }
-    for (const index of this.graphs.keys()) this.tell("graph", index);
+    for (const index of this.graphs.keys()) this.emit("graph", index);
     if (this.status !== null) this.takeStatus(this.status);
-    this.tell("moment", past);
+    this.emit("moment", past);
   }
 
-  private forgetStory(): void {
+  private clearTrace(): void {
     this.letters = [];
     this.edges = [];
     this.keys = [];
@@ -240,7 +240,7 @@ export class Store {
     // A restarted task draws the same picture again: what was seen stays.
     if (JSON.stringify(graphs) === JSON.stringify(this.graphs)) return;
     this.graphs = graphs;
-    this.forgetStory();
-    this.tell("graphs", graphs);
+    this.clearTrace();
+    this.emit("graphs", graphs);
   }
 }

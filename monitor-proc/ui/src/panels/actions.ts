@@ -1,6 +1,6 @@
 // What buttons and keys do alike, each with its twin on the command line.
 import { FLAG } from "../net/snapshot";
-import type { Desk } from "./desk";
+import type { PanelContext } from "./context";
 import type { ButtonSpec } from "./button";
 
 /** The commands of a whole cell, as buttons and keys know them. */
@@ -12,72 +12,72 @@ export interface Actions {
   gripper: ButtonSpec;
 }
 
-export function actions(desk: Desk, steps: () => number): Actions {
+export function actions(context: PanelContext, steps: () => number): Actions {
   // A recording has a clock of its own, and no cell.
-  const clock = () => (desk.store.hello?.live === false ? desk.refusal() : desk.cellRefusal());
-  const cell = () => desk.cellRefusal();
+  const clock = () => (context.store.hello?.live === false ? context.refusal() : context.cellRefusal());
+  const cell = () => context.cellRefusal();
   return {
     playPause: {
       icon: "play",
       class: "play",
-      about: () => (desk.paused ? "Play: simulated time continues" : "Pause simulated time"),
-      twin: () => (desk.paused ? "robocell resume" : "robocell pause"),
+      about: () => (context.paused ? "Play: simulated time continues" : "Pause simulated time"),
+      twin: () => (context.paused ? "robocell resume" : "robocell pause"),
       why: clock,
-      run: () => desk.send({ do: desk.paused ? "resume" : "pause" }),
+      run: () => context.send({ do: context.paused ? "resume" : "pause" }),
     },
     stop: {
       icon: "stop",
       about: () => "Stop: pause, and put the scene back to its beginning",
       twin: () => "robocell pause; robocell reset",
       why: cell,
-      run: () => desk.send({ do: "pause" }, { do: "reset" }),
+      run: () => context.send({ do: "pause" }, { do: "reset" }),
     },
     step: {
       icon: "step",
       about: () => `Step: run ${steps()} ms of simulated time, then pause`,
       twin: () => `robocell step ${steps()}`,
       why: clock,
-      run: () => desk.send({ do: "step", count: steps() }),
+      run: () => context.send({ do: "step", count: steps() }),
     },
     reset: {
       icon: "reset",
       about: () => "Reset: put the scene back to its beginning",
       twin: () => "robocell reset",
       why: cell,
-      run: () => desk.send({ do: "reset" }),
+      run: () => context.send({ do: "reset" }),
     },
-    gripper: gripper(desk, cell),
+    gripper: gripper(context, cell),
   };
 }
 
 const OPEN_SHARE = 0.9;
 
 /** Whether the gripper of the selected arm has something to let go, or is shut. */
-export function gripperIsClosed(desk: Desk): boolean {
-  const state = desk.snapshot?.arms[desk.arm];
-  const gripper = desk.store.scene?.arms[desk.arm]?.gripper;
+export function gripperIsClosed(context: PanelContext): boolean {
+  const state = context.snapshot?.arms[context.arm];
+  const gripper = context.store.scene?.arms[context.arm]?.gripper;
   if (!state || !gripper) return false;
   if (state.attached || state.held !== null) return true;
   // Suction that found nothing stays on until it is switched off.
-  if (gripper.kind === "suction") return desk.store.status?.equipment?.suction[desk.arm]?.on === true;
+  if (gripper.kind === "suction") return context.store.status?.equipment?.suction[context.arm]?.on === true;
   return gripper.max_width_m > 0 && state.width < OPEN_SHARE * gripper.max_width_m;
 }
 
-function gripper(desk: Desk, cell: () => string | null): ButtonSpec {
-  const to = () => (gripperIsClosed(desk) ? "open" : "close");
-  const which = () => (desk.arm === 0 ? "" : ` --arm ${desk.arm}`);
+function gripper(context: PanelContext, cell: () => string | null): ButtonSpec {
+  const to = () => (gripperIsClosed(context) ? "open" : "close");
+  const which = () => (context.arm === 0 ? "" : ` --arm ${context.arm}`);
   return {
-    about: () => `${to() === "open" ? "Open" : "Close"} the gripper of ${desk.armName(desk.arm)}`,
+    about: () => `${to() === "open" ? "Open" : "Close"} the gripper of ${context.armName(context.arm)}`,
     twin: () => `robocell gripper ${to()}${which()}`,
-    why: () => cell() ?? handRefusal(desk),
-    run: () => desk.send({ do: "gripper", arm: desk.arm, to: to() }),
+    why: () => cell() ?? handRefusal(context),
+    run: () => context.send({ do: "gripper", arm: context.arm, to: to() }),
   };
 }
 
 /** Why arm and gripper cannot be led by hand now, or null. */
-export function handRefusal(desk: Desk): string | null {
-  const { snapshot, store } = desk;
+export function handRefusal(context: PanelContext): string | null {
+  const { snapshot, store } = context;
   if (!snapshot) return "there is no state yet";
-  const led = store.hello?.run.policy === "follow" || desk.flag(FLAG.taskPaused);
+  const led = store.hello?.run.policy === "follow" || context.flag(FLAG.taskPaused);
   return led ? null : "the task leads the arm: pause the task first";
 }

@@ -1,6 +1,6 @@
 // Buttons that say why they do nothing, and what would do the same on the
 // command line.
-import type { Desk } from "./desk";
+import type { PanelContext } from "./context";
 import { el, setAttr, setText, setTitle } from "./dom";
 import { type IconName, icon } from "./icons";
 
@@ -22,7 +22,7 @@ export interface ButtonSpec {
 }
 
 /** A button of `spec`. It stays reachable when it is off, so that its reason is. */
-export function button(desk: Desk, spec: ButtonSpec): HTMLButtonElement {
+export function button(context: PanelContext, spec: ButtonSpec): HTMLButtonElement {
   const { label, class: kind = "" } = spec;
   const node = el("button", { type: "button", class: `button ${kind}` });
   if (spec.icon !== undefined) node.append(icon(spec.icon));
@@ -35,7 +35,7 @@ export function button(desk: Desk, spec: ButtonSpec): HTMLButtonElement {
     if (spec.name !== undefined && name !== null) setText(name, spec.name());
     if (spec.primary !== undefined) node.classList.toggle("primary", spec.primary());
     const twin = spec.twin();
-    const lines = [spec.about(), twin === null ? "" : `$ ${desk.onCell(twin)}`];
+    const lines = [spec.about(), twin === null ? "" : `$ ${context.onCell(twin)}`];
     if (reason !== null) lines.push(`Not now: ${reason}`);
     setTitle(node, lines.filter((line) => line !== "").join("\n"));
     if (label === undefined) setAttr(node, "aria-label", spec.about());
@@ -45,10 +45,10 @@ export function button(desk: Desk, spec: ButtonSpec): HTMLButtonElement {
     if (event.detail > 0) node.blur();
     const reason = why();
     if (reason === null) spec.run();
-    else desk.say(`not now: ${reason}`);
+    else context.notify(`not now: ${reason}`);
     refresh();
   });
-  desk.pulse.add(node, refresh);
+  context.pulse.add(node, refresh);
   refresh();
   return node;
 }

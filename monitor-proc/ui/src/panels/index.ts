@@ -3,7 +3,7 @@ import "../style.css";
 import type { Store } from "../net/store";
 import { actions } from "./actions";
 import { demoTab } from "./demo-tab";
-import { Desk } from "./desk";
+import { PanelContext } from "./context";
 import { mountGuide } from "./guide/index";
 import { helpSheet } from "./help";
 import { mountKeys } from "./keys";
@@ -21,32 +21,32 @@ import type { ViewApi } from "./view-api";
 
 /** Fills #top, #left, #right and #bottom; works without a view and before any data. */
 export function mountPanels(store: Store, view: ViewApi | null): void {
-  const desk = new Desk(store, view);
+  const context = new PanelContext(store, view);
   const steps = stepsInput();
-  const act = actions(desk, () => stepsOf(steps));
+  const act = actions(context, () => stepsOf(steps));
   const help = helpSheet();
   const place = (id: string, fill: (host: HTMLElement) => void) => {
     const host = document.getElementById(id);
     if (host !== null) fill(host);
   };
-  place("top", (host) => mountTop(desk, host, act, steps, help));
-  place("left", (host) => mountLeft(desk, host));
+  place("top", (host) => mountTop(context, host, act, steps, help));
+  place("left", (host) => mountLeft(context, host));
   place("right", (host) => {
     const all = tabs([
-      { key: "task", name: "Task", body: taskTab(desk) },
-      { key: "robot", name: "Robot", body: robotTab(desk, act) },
-      { key: "plots", name: "Plots", body: plotsTab(desk) },
-      { key: "latency", name: "Latency", body: latencyTab(desk) },
+      { key: "task", name: "Task", body: taskTab(context) },
+      { key: "robot", name: "Robot", body: robotTab(context, act) },
+      { key: "plots", name: "Plots", body: plotsTab(context) },
+      { key: "latency", name: "Latency", body: latencyTab(context) },
     ]);
-    demoTab(desk, all);
-    desk.openTab = all.open;
+    demoTab(context, all);
+    context.openTab = all.open;
     host.replaceChildren(all.root);
   });
-  place("bottom", (host) => mountTimeline(desk, host));
-  mountGuide(desk);
+  place("bottom", (host) => mountTimeline(context, host));
+  mountGuide(context);
   mountSplitters();
   mountToasts(store);
-  mountKeys(desk, act, help);
+  mountKeys(context, act, help);
   if (import.meta.env.DEV && new URLSearchParams(location.search).has("fake")) {
     void import("./dev").then(({ fakeFeed }) => fakeFeed(store));
   }

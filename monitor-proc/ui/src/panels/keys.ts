@@ -1,7 +1,7 @@
 // The keyboard: one key for what is done most.
 import type { Actions } from "./actions";
 import type { ButtonSpec } from "./button";
-import type { Desk } from "./desk";
+import type { PanelContext } from "./context";
 
 /** Whether a key belongs to what has the focus. */
 function isTyping(event: KeyboardEvent): boolean {
@@ -11,22 +11,22 @@ function isTyping(event: KeyboardEvent): boolean {
   return event.key === " " && target?.closest("button, summary, [role=button]") != null;
 }
 
-export function mountKeys(desk: Desk, act: Actions, help: () => void): void {
+export function mountKeys(context: PanelContext, act: Actions, help: () => void): void {
   const press = (spec: ButtonSpec) => {
     const reason = spec.why?.() ?? null;
     if (reason === null) spec.run();
-    else desk.say(`not now: ${reason}`);
+    else context.notify(`not now: ${reason}`);
   };
   const keys: Record<string, () => void> = {
     " ": () => press(act.playPause),
     ".": () => press(act.step),
     r: () => press(act.reset),
     g: () => press(act.gripper),
-    t: () => desk.view?.gizmoMode("translate"),
-    e: () => desk.view?.gizmoMode("rotate"),
+    t: () => context.view?.gizmoMode("translate"),
+    e: () => context.view?.gizmoMode("rotate"),
     "?": help,
   };
-  for (let camera = 1; camera <= 5; camera++) keys[String(camera)] = () => desk.view?.camera(camera);
+  for (let camera = 1; camera <= 5; camera++) keys[String(camera)] = () => context.view?.camera(camera);
   addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey || event.repeat || isTyping(event)) return;
     const run = keys[event.key.toLowerCase()];

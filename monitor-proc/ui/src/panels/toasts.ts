@@ -9,11 +9,11 @@ export function mountToasts(store: Store): void {
   const place = el("div", { class: "toasts", role: "status", "aria-live": "polite" });
   document.body.append(place);
   // What happened to the processes is said at once, with its reason.
-  store.on("said", (lines) => {
+  store.on("newLines", (lines) => {
     if (store.past !== null) return;
     for (const { mark, text } of lines) {
-      if (mark === "incident") store.tell("notice", { text, bad: true });
-      if (mark === "restart") store.tell("notice", { text: text.replace(/^\[\w+\] /, ""), bad: false });
+      if (mark === "incident") store.emit("notice", { text, bad: true });
+      if (mark === "restart") store.emit("notice", { text: text.replace(/^\[\w+\] /, ""), bad: false });
     }
   });
   store.on("notice", ({ text, bad }) => {

@@ -18,7 +18,7 @@ const FRAME = { colour: 0x474a4e, roughness: 0.5, metalness: 0.1 };
 type Fixture = Scene["fixtures"][number];
 
 function isTable({ name, shape }: Fixture): boolean {
-  return shape.kind === "box" && /table|bench|desk/i.test(name);
+  return shape.kind === "box" && /table|bench|context/i.test(name);
 }
 
 function lowest({ shape, pose }: Fixture): number {

@@ -255,7 +255,7 @@ export class View implements ViewApi {
     this.gizmo.arm = 0;
     this.cell = new Cell(scene, () => this.refresh());
     this.stage.scene.add(this.cell.root);
-    for (const text of this.cell.troubles) this.store.tell("notice", { text, bad: true });
+    for (const text of this.cell.troubles) this.store.emit("notice", { text, bad: true });
     this.shown = null;
     this.framed = false;
     this.frame();

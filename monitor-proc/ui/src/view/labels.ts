@@ -23,7 +23,7 @@ export class Labels {
   }
 
   /** Says `text` at `at`; `key` names the label, `kind` is a class of the style sheet. */
-  say(key: string, text: string, at: Vector3, kind = ""): HTMLElement {
+  show(key: string, text: string, at: Vector3, kind = ""): HTMLElement {
     let label = this.labels.get(key);
     if (label === undefined) {
       label = { element: document.createElement("div"), at: new Vector3(), used: true };

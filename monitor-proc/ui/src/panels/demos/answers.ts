@@ -1,48 +1,48 @@
 // What became of a bin or parts that were asked for: a toast, and a line of the events.
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { binsOf } from "./bin-state";
 
 /** The monitor tells of equipment four times a second (ms). */
 const PATIENCE_MS = 4000;
 
-export async function addBin(desk: Desk, flipped: boolean): Promise<void> {
-  const names = () => new Set(binsOf(desk.store).filter(({ place }) => place !== "to come").map(({ name }) => name));
+export async function addBin(context: PanelContext, flipped: boolean): Promise<void> {
+  const names = () => new Set(binsOf(context.store).filter(({ place }) => place !== "to come").map(({ name }) => name));
   const before = names();
-  if (!(await ask(desk, { do: "add_bin", flipped }, "No bin was added"))) return;
-  const added = await wait(desk, () => [...names()].find((name) => !before.has(name)) ?? null);
-  tell(desk, `Added ${added ?? "a bin"}, ${flipped ? "upside down" : "upright"}`);
+  if (!(await ask(context, { do: "add_bin", flipped }, "No bin was added"))) return;
+  const added = await wait(context, () => [...names()].find((name) => !before.has(name)) ?? null);
+  tell(context, `Added ${added ?? "a bin"}, ${flipped ? "upside down" : "upright"}`);
 }
 
-export async function dropParts(desk: Desk): Promise<void> {
-  const equipment = () => desk.store.status?.equipment;
+export async function dropParts(context: PanelContext): Promise<void> {
+  const equipment = () => context.store.status?.equipment;
   const before = equipment()?.parts_dropped ?? 0;
-  if (!(await ask(desk, { do: "drop_parts", count: 0 }, "No part was dropped"))) return;
-  const wanted = desk.store.scene?.dispenser?.per_drop ?? 1;
-  const dropped = await wait(desk, () => {
+  if (!(await ask(context, { do: "drop_parts", count: 0 }, "No part was dropped"))) return;
+  const wanted = context.store.scene?.dispenser?.per_drop ?? 1;
+  const dropped = await wait(context, () => {
     const count = (equipment()?.parts_dropped ?? 0) - before;
     return count >= wanted ? count : null;
   });
   const count = dropped ?? wanted;
   const now = dropped === null ? "will be dropped when time runs" : `${equipment()?.parts_waiting ?? 0} waiting`;
-  tell(desk, `${dropped === null ? "Asked for" : "Dropped"} ${count} ${count === 1 ? "part" : "parts"}, ${now}`);
+  tell(context, `${dropped === null ? "Asked for" : "Dropped"} ${count} ${count === 1 ? "part" : "parts"}, ${now}`);
 }
 
 /** Sends a command; a refusal is told with its reason. */
-async function ask(desk: Desk, command: Parameters<Desk["store"]["send"]>[0], refused: string): Promise<boolean> {
-  const { ok, message } = await desk.store.send(command);
-  if (!ok) tell(desk, `${refused}: ${message}`, true);
+async function ask(context: PanelContext, command: Parameters<PanelContext["store"]["send"]>[0], refused: string): Promise<boolean> {
+  const { ok, message } = await context.store.send(command);
+  if (!ok) tell(context, `${refused}: ${message}`, true);
   return ok;
 }
 
 /** What `find` finds once something is said of the equipment; null after a while. */
-function wait<T>(desk: Desk, find: () => T | null): Promise<T | null> {
+function wait<T>(context: PanelContext, find: () => T | null): Promise<T | null> {
   return new Promise((resolve) => {
     const end = (found: T | null) => {
       off();
       clearTimeout(timer);
       resolve(found);
     };
-    const off = desk.store.on("status", () => {
+    const off = context.store.on("status", () => {
       const found = find();
       if (found !== null) end(found);
     });
@@ -50,9 +50,9 @@ function wait<T>(desk: Desk, find: () => T | null): Promise<T | null> {
   });
 }
 
-function tell(desk: Desk, text: string, bad = false): void {
-  desk.say(text, bad);
-  const time_s = desk.snapshot?.time ?? 0;
-  const epoch = desk.store.timeline?.epochs.at(-1)?.epoch ?? null;
-  desk.store.takeText({ t: "log", lines: [{ time_s, kind: "log", text: `[page] ${text}`, mark: null, epoch }] });
+function tell(context: PanelContext, text: string, bad = false): void {
+  context.notify(text, bad);
+  const time_s = context.snapshot?.time ?? 0;
+  const epoch = context.store.timeline?.epochs.at(-1)?.epoch ?? null;
+  context.store.takeText({ t: "log", lines: [{ time_s, kind: "log", text: `[page] ${text}`, mark: null, epoch }] });
 }

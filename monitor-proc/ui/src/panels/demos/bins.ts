@@ -1,5 +1,5 @@
 // Bins off a conveyor: the belt, a button for another bin, and where each bin is.
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { button } from "../button";
 import { el, setAttr, setText } from "../dom";
 import { addBin } from "./answers";
@@ -10,8 +10,8 @@ import { suctionGauge } from "./suction";
 /** By place of a bin, as the style sheet knows it. */
 const STATES: Record<BinPlace, string> = { "to come": "waits", "in the cell": "waits", "in flight": "carried", placed: "placed" };
 
-export function mountBins(desk: Desk, element: HTMLElement): () => void {
-  const { store } = desk;
+export function mountBins(context: PanelContext, element: HTMLElement): () => void {
+  const { store } = context;
   const count = el("b", { class: "num" });
   const belt = el("span", { class: "badge" });
   const refusal = el("span", { class: "dim" });
@@ -21,12 +21,12 @@ export function mountBins(desk: Desk, element: HTMLElement): () => void {
     return { state, node: el("div", { class: "cube-row" }, el("span", {}, name), state) };
   });
   const add = (flipped: boolean) =>
-    button(desk, {
+    button(context, {
       label: flipped ? "Add bin, upside down" : "Add bin",
       about: () => (flipped ? "Let a bin come that opens downward" : "Let another bin come"),
       twin: () => (flipped ? "robocell add-bin --flipped" : "robocell add-bin"),
-      why: () => desk.cellRefusal(),
-      run: () => addBin(desk, flipped),
+      why: () => context.cellRefusal(),
+      run: () => addBin(context, flipped),
     });
   const drawing = jobDrawing(store);
   element.append(
@@ -35,7 +35,7 @@ export function mountBins(desk: Desk, element: HTMLElement): () => void {
     refusal,
     ...(drawing === null ? [] : [el("h3", {}, drawing.title), drawing.root, flight]),
     el("h3", {}, "Gripper"),
-    suctionGauge(desk),
+    suctionGauge(context),
     el("h3", {}, "Bins"),
     el("div", { class: "cube-list" }, ...cells.map(({ node }) => node)),
   );
@@ -58,7 +58,7 @@ export function mountBins(desk: Desk, element: HTMLElement): () => void {
   };
   show();
   // A bin in flight moves more often than status is told.
-  if (drawing !== null) desk.pulse.add(drawing.root, () => drawing.show(binsOf(store)));
+  if (drawing !== null) context.pulse.add(drawing.root, () => drawing.show(binsOf(store)));
   const off = [store.on("status", show)];
   return () => off.forEach((one) => one());
 }

@@ -1,28 +1,28 @@
 // Fill a bin: drop parts, and see how much the cup still bears.
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { button } from "../button";
 import { el, setText } from "../dom";
 import { dropParts } from "./answers";
 import { loadChart } from "./load/chart";
 import { suctionGauge } from "./suction";
 
-export function mountFillBin(desk: Desk, element: HTMLElement): () => void {
-  const { store } = desk;
+export function mountFillBin(context: PanelContext, element: HTMLElement): () => void {
+  const { store } = context;
   const parts = el("b", { class: "num" });
   const inBin = el("span", { class: "dim" });
   const total = store.scene?.objects.filter(({ shape }) => shape.kind !== "bin").length ?? 0;
-  const load = loadChart(desk);
+  const load = loadChart(context);
   element.append(
     el("p", { class: "row" }, parts, ` of ${total} parts were dropped`, inBin),
-    button(desk, {
+    button(context, {
       label: "Drop parts",
       about: () => `Drop ${store.scene?.dispenser?.per_drop ?? 1} parts, at any time`,
       twin: () => "robocell drop-parts",
-      why: () => desk.cellRefusal(),
-      run: () => dropParts(desk),
+      why: () => context.cellRefusal(),
+      run: () => dropParts(context),
     }),
     el("h3", {}, "Gripper"),
-    suctionGauge(desk),
+    suctionGauge(context),
     load.root,
   );
   const show = () => {

@@ -1,6 +1,6 @@
 // Panels of single demos. A new one is a function that fills an element, and a
 // line here.
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { mountBins } from "./bins";
 import { mountFillBin } from "./fill-bin";
 import { mountPyramid } from "./pyramid";
@@ -11,7 +11,7 @@ export interface DemoPanel {
   /** Name of its tab. */
   name: string;
   /** Fills `element`; the answer, if any, is called when it is taken away. */
-  mount: (desk: Desk, element: HTMLElement) => (() => void) | undefined;
+  mount: (context: PanelContext, element: HTMLElement) => (() => void) | undefined;
 }
 
 /** By `panel` of the scene. */

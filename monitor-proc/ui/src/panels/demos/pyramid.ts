@@ -1,7 +1,7 @@
 // Who owns the centre, whose each cube is, what each arm has placed, and both
 // trees side by side. All of it is on the board that the trees share.
 import type { Store } from "../../net/store";
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { el, setAttr, setText } from "../dom";
 import { css } from "../format";
 import { Outline } from "../task/graph/outline";
@@ -18,8 +18,8 @@ function members(set: string): string[] {
   return set.replace(/[{}[\]()"']/g, " ").split(/[\s,]+/).filter((one) => one !== "" && one !== "unset");
 }
 
-export function mountPyramid(desk: Desk, element: HTMLElement): () => void {
-  const { store } = desk;
+export function mountPyramid(context: PanelContext, element: HTMLElement): () => void {
+  const { store } = context;
   const scene = store.scene;
   const arms = scene?.arms.map(({ name }) => name) ?? [];
   const owner = el("b", { class: "badge" }, "free");
@@ -58,13 +58,13 @@ export function mountPyramid(desk: Desk, element: HTMLElement): () => void {
       const inSet = members(set).map((one) => scene?.objects[Number(one)]?.name ?? one);
       const required = Number(scene?.task.required_count ?? 3);
       setText(placed, inSet.length === 0 ? "nothing placed yet" : inSet.join(", "));
-      const wishes = keyed(store, `recovery_requested:${name}`) === "true" ? " · recovery asked for" : "";
-      setText(state, `${inSet.length} of ${required}${wishes}`);
+      const request = keyed(store, `recovery_requested:${name}`) === "true" ? " · recovery asked for" : "";
+      setText(state, `${inSet.length} of ${required}${request}`);
     }
   };
   let views: { show: () => void }[] = [];
   const drawTrees = () => {
-    const drawn = store.graphs.map((graph, at) => new Outline({ desk, at, graph, name: "beside", onNode: () => {} }));
+    const drawn = store.graphs.map((graph, at) => new Outline({ context, at, graph, name: "beside", onNode: () => {} }));
     views = drawn;
     trees.replaceChildren(...drawn.map(({ root }) => el("div", { class: "graph-body" }, root)));
     for (const view of drawn) view.show();

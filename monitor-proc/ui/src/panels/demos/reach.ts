@@ -3,7 +3,7 @@ import type { ArmSpec, Vec3 } from "../../net/protocol";
 import { type ArmState, isUnreachable } from "../../net/snapshot";
 import { handRefusal } from "../actions";
 import { button } from "../button";
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { el, setAttr, setText } from "../dom";
 import { millimetres } from "../format";
 
@@ -20,7 +20,7 @@ const EXAMPLES: [string, Vec3][] = [
 ];
 const GRID_M = 0.05;
 
-export function mountReach(desk: Desk, element: HTMLElement): () => void {
+export function mountReach(context: PanelContext, element: HTMLElement): () => void {
   const distance = el("b", { class: "num" });
   const verdict = el("b", { class: "badge" });
   const clearance = el("b", { class: "num" });
@@ -36,12 +36,12 @@ export function mountReach(desk: Desk, element: HTMLElement): () => void {
   );
   let arm: ArmSpec | null = null;
   const show = () => {
-    const spec = desk.store.scene?.arms[desk.arm] ?? null;
+    const spec = context.store.scene?.arms[context.arm] ?? null;
     if (spec !== arm) {
       arm = spec;
-      targets.replaceChildren(...(spec === null ? [] : examples(desk, spec)));
+      targets.replaceChildren(...(spec === null ? [] : examples(context, spec)));
     }
-    const state = desk.snapshot?.arms[desk.arm];
+    const state = context.snapshot?.arms[context.arm];
     if (state === undefined) return;
     const [words, tone] = verdictOf(state);
     setText(verdict, words);
@@ -49,7 +49,7 @@ export function mountReach(desk: Desk, element: HTMLElement): () => void {
     setText(distance, state.targetValid ? millimetres(state.positionError) : "–");
     setText(clearance, state.clearance > NO_OBSTACLE_M ? "no obstacle" : millimetres(state.clearance, 0));
   };
-  desk.pulse.add(element, show);
+  context.pulse.add(element, show);
   show();
   return () => {};
 }
@@ -62,19 +62,19 @@ function verdictOf(state: ArmState): [string, string | null] {
 }
 
 /** A button for each example; the tool keeps its orientation, as on the command line. */
-function examples(desk: Desk, spec: ArmSpec): HTMLElement[] {
+function examples(context: PanelContext, spec: ArmSpec): HTMLElement[] {
   const length = stretched(spec);
   return EXAMPLES.map(([label, shares]) => {
     const position = shares.map((share, axis) => round((spec.base.position[axis] ?? 0) + share * length)) as Vec3;
-    const which = desk.arm === 0 ? "" : ` --arm ${desk.arm}`;
-    const node = button(desk, {
+    const which = context.arm === 0 ? "" : ` --arm ${context.arm}`;
+    const node = button(context, {
       label,
       about: () => `Lead the tool to ${position.join(", ")} m; it keeps its orientation`,
       twin: () => `robocell target ${position.join(" ")}${which}`,
-      why: () => desk.cellRefusal() ?? handRefusal(desk),
+      why: () => context.cellRefusal() ?? handRefusal(context),
       run: () => {
-        const tcp = desk.snapshot?.arms[desk.arm]?.tcp ?? [0, 0, 0, 1, 0, 0, 0];
-        return desk.send({ do: "target", arm: desk.arm, position, orientation_wxyz: [tcp[3], tcp[4], tcp[5], tcp[6]] });
+        const tcp = context.snapshot?.arms[context.arm]?.tcp ?? [0, 0, 0, 1, 0, 0, 0];
+        return context.send({ do: "target", arm: context.arm, position, orientation_wxyz: [tcp[3], tcp[4], tcp[5], tcp[6]] });
       },
     });
     return el("div", { class: "row" }, node, el("code", { class: "dim" }, position.join(", "), " m"));

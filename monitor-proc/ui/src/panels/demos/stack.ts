@@ -1,9 +1,9 @@
 // The stack as it should become, and how far it is.
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { el, setAttr, setText } from "../dom";
 import { css } from "../format";
 
-export function mountStack({ store }: Desk, element: HTMLElement): () => void {
+export function mountStack({ store }: PanelContext, element: HTMLElement): () => void {
   const order = names(store.scene?.task.order);
   const place = store.scene?.task.stack_position_m;
   const rows = order.map((name, layer) => {

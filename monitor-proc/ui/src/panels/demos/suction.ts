@@ -1,5 +1,5 @@
 // The suction cup: what hangs at it, how near it is to letting go, and a button.
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { gripperIsClosed, handRefusal } from "../actions";
 import { button } from "../button";
 import { el, setAttr, setText } from "../dom";
@@ -12,8 +12,8 @@ function times(count: number): string {
 }
 
 /** Load gauge, what the cup feels, and how it let go last; for arm 0. */
-export function suctionGauge(desk: Desk): HTMLElement {
-  const gripper = desk.store.scene?.arms[0]?.gripper;
+export function suctionGauge(context: PanelContext): HTMLElement {
+  const gripper = context.store.scene?.arms[0]?.gripper;
   const fill = el("i", { class: "gauge-fill" });
   const text = el("b", { class: "num" });
   const feels = el("span", { class: "dim num" });
@@ -24,11 +24,11 @@ export function suctionGauge(desk: Desk): HTMLElement {
     el("div", { class: "row" }, el("span", {}, "Load"), el("div", { class: "gauge" }, fill), text),
     feels,
     last,
-    openClose(desk),
+    openClose(context),
   );
-  desk.pulse.add(root, () => {
-    const arm = desk.snapshot?.arms[0];
-    const cup = desk.store.status?.equipment?.suction[0];
+  context.pulse.add(root, () => {
+    const arm = context.snapshot?.arms[0];
+    const cup = context.store.status?.equipment?.suction[0];
     if (!root.isConnected || arm === undefined) return;
     const load = Math.min(Math.max(arm.load, 0), 1);
     fill.style.width = `${(100 * load).toFixed(1)}%`;
@@ -49,17 +49,17 @@ export function suctionGauge(desk: Desk): HTMLElement {
 }
 
 /** One button that opens and closes the gripper of arm 0. */
-function openClose(desk: Desk): HTMLElement {
-  const to = () => (gripperIsClosed(desk) ? "open" : "close");
-  const node = button(desk, {
+function openClose(context: PanelContext): HTMLElement {
+  const to = () => (gripperIsClosed(context) ? "open" : "close");
+  const node = button(context, {
     label: "Close gripper",
     about: () => (to() === "open" ? "Let go" : "Switch suction on"),
     twin: () => `robocell gripper ${to()}`,
-    why: () => desk.cellRefusal() ?? handRefusal(desk),
-    run: () => desk.send({ do: "gripper", arm: 0, to: to() }),
+    why: () => context.cellRefusal() ?? handRefusal(context),
+    run: () => context.send({ do: "gripper", arm: 0, to: to() }),
   });
   const name = node.querySelector("span");
-  desk.pulse.add(node, () => {
+  context.pulse.add(node, () => {
     if (name !== null) setText(name, to() === "open" ? "Open gripper" : "Close gripper");
   });
   return node;

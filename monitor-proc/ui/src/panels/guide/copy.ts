@@ -1,16 +1,16 @@
 // Commands to copy.
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { el } from "../dom";
 
 /** `command` as it is typed for the cell that is shown, and a button that copies it. */
-export function copyable(desk: Desk, command: string): HTMLElement {
-  const text = desk.onCell(command);
+export function copyable(context: PanelContext, command: string): HTMLElement {
+  const text = context.onCell(command);
   const code = el("code", {}, text);
   const copy = el("button", { type: "button", class: "button small", "aria-label": `Copy ${text}`, title: "Copy this command" }, "Copy");
   copy.addEventListener("click", (event) => {
     // After a mouse's click, Space is play and pause again.
     if (event.detail > 0) copy.blur();
-    void copied(text, code).then((done) => desk.say(done ? `copied: ${text}` : "press Ctrl+C to copy what is marked"));
+    void copied(text, code).then((done) => context.notify(done ? `copied: ${text}` : "press Ctrl+C to copy what is marked"));
   });
   return el("div", { class: "copyable" }, code, copy);
 }

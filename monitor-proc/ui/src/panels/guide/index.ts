@@ -3,7 +3,7 @@
 import type { Scene } from "../../net/protocol";
 import { isPicture } from "../../settled";
 import { recall, remember } from "../browser-memory";
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { el } from "../dom";
 import { icon } from "../icons";
 import { copyable } from "./copy";
@@ -12,7 +12,7 @@ import { guideOf } from "./texts";
 const CLOSED = "closed";
 const keyOf = (scene: Scene) => `robocell-guide-${scene.demo}`;
 
-export function mountGuide(desk: Desk): void {
+export function mountGuide(context: PanelContext): void {
   if (isPicture()) return;
   const opener = el("button", { type: "button", class: "button small guide-opener", title: "What this demo shows, and what to try" }, "Guide");
   const card = el("aside", { class: "guide-card scroll", "aria-label": "Guide", tabindex: -1 });
@@ -22,7 +22,7 @@ export function mountGuide(desk: Desk): void {
     opener.hidden = open;
   };
   const choose = (open: boolean) => {
-    const { scene } = desk.store;
+    const { scene } = context.store;
     if (scene === null) return;
     remember(keyOf(scene), open ? null : CLOSED);
     show(open);
@@ -31,37 +31,37 @@ export function mountGuide(desk: Desk): void {
   };
   opener.addEventListener("click", () => choose(true));
   addEventListener("keydown", (event) => {
-    if (event.key === "Escape" && !card.hidden && !isTaken(desk, event)) choose(false);
+    if (event.key === "Escape" && !card.hidden && !isTaken(context, event)) choose(false);
   }, { capture: true });
   let shown: string | null = null;
   const take = (scene: Scene) => {
-    const text = JSON.stringify([scene.demo, scene.description, desk.store.hello?.run.cell]);
+    const text = JSON.stringify([scene.demo, scene.description, context.store.hello?.run.cell]);
     if (text === shown) return;
     shown = text;
-    card.replaceChildren(...content(desk, scene, () => choose(false)));
+    card.replaceChildren(...content(context, scene, () => choose(false)));
     card.scrollTop = 0;
     place.hidden = false;
     show(recall(keyOf(scene)) !== CLOSED);
   };
   place.hidden = true;
   document.body.append(place);
-  desk.store.on("scene", take);
-  if (desk.store.scene !== null) take(desk.store.scene);
+  context.store.on("scene", take);
+  if (context.store.scene !== null) take(context.store.scene);
 }
 
 /** Whether Escape closes or lets go of something else first. */
-function isTaken(desk: Desk, event: KeyboardEvent): boolean {
+function isTaken(context: PanelContext, event: KeyboardEvent): boolean {
   const target = event.target instanceof Element ? event.target : null;
   if (target?.closest("dialog, .popover, .scene-form, input, select, textarea, .scene-tree") != null) return true;
   if (document.querySelector("dialog[open], body.show-left, body.show-right") !== null) return true;
-  return desk.view?.busy === true;
+  return context.view?.busy === true;
 }
 
-function content(desk: Desk, scene: Scene, dismiss: () => void): Node[] {
+function content(context: PanelContext, scene: Scene, dismiss: () => void): Node[] {
   const { title, see, tries } = guideOf(scene);
   const close = el("button", { type: "button", class: "button icon-only quiet", "aria-label": "Close the guide", title: "Close (Esc)" }, icon("close"));
   close.addEventListener("click", dismiss);
-  const items = tries.map(({ what, command }) => el("li", {}, what, copyable(desk, command)));
+  const items = tries.map(({ what, command }) => el("li", {}, what, copyable(context, command)));
   return [
     el("header", {}, el("h2", {}, title), el("span", { class: "line dim", title: see }, see), close),
     el("div", { class: "more" }, el("p", {}, see), el("h3", {}, "Try"), el("ol", {}, ...items)),

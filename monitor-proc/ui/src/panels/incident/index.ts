@@ -1,6 +1,6 @@
 // What was kept of a failure: events, the loops' last seconds, the end of logs.
 import "uplot/dist/uPlot.min.css";
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { el } from "../dom";
 import { chart } from "./chart";
 
@@ -33,23 +33,23 @@ const LISTED = 8;
 /** The second after the incident is written by then. */
 const COMPLETE_MS = 1500;
 
-async function load(desk: Desk, number: number): Promise<Incident | null> {
+async function load(context: PanelContext, number: number): Promise<Incident | null> {
   const answer = await fetch(`/api/incidents/${number}`).catch(() => null);
   if (answer?.ok === true) return (await answer.json()) as Incident;
-  desk.say(`incident ${number}: ${answer === null ? "the monitor is away" : await answer.text()}`, true);
+  context.notify(`incident ${number}: ${answer === null ? "the monitor is away" : await answer.text()}`, true);
   return null;
 }
 
 /** Opens the sheet of incident `number`. */
-export async function openIncident(desk: Desk, number: number): Promise<void> {
-  const incident = await load(desk, number);
+export async function openIncident(context: PanelContext, number: number): Promise<void> {
+  const incident = await load(context, number);
   if (incident === null) return;
   const close = el("button", { type: "button", class: "button" }, "Close");
   const body = el("div", { class: "incident-body scroll", tabindex: 0 });
   const dialog = el(
     "dialog",
     { class: "incident", "aria-label": `Incident ${number}` },
-    el("header", {}, el("h2", {}, `Incident ${number}: ${incident.what}`), ...neighbours(desk, number, () => dialog.close()), close),
+    el("header", {}, el("h2", {}, `Incident ${number}: ${incident.what}`), ...neighbours(context, number, () => dialog.close()), close),
     body,
   );
   close.addEventListener("click", () => dialog.close());
@@ -60,17 +60,17 @@ export async function openIncident(desk: Desk, number: number): Promise<void> {
   document.body.append(dialog);
   dialog.showModal();
   // Plots need to know how wide they are.
-  const show = (shown: Incident) => body.replaceChildren(...content(desk, shown, body.clientWidth));
+  const show = (shown: Incident) => body.replaceChildren(...content(context, shown, body.clientWidth));
   show(incident);
   if (incident.complete) return;
   setTimeout(() => {
-    if (dialog.open) void load(desk, number).then((whole) => whole !== null && dialog.open && show(whole));
+    if (dialog.open) void load(context, number).then((whole) => whole !== null && dialog.open && show(whole));
   }, COMPLETE_MS);
 }
 
 /** Buttons for the incidents before and after this one. */
-function neighbours(desk: Desk, number: number, close: () => void): HTMLElement[] {
-  const known = [...new Set(desk.store.log.map((line) => line.incident).filter((one) => one !== undefined))].sort((a, b) => a - b);
+function neighbours(context: PanelContext, number: number, close: () => void): HTMLElement[] {
+  const known = [...new Set(context.store.log.map((line) => line.incident).filter((one) => one !== undefined))].sort((a, b) => a - b);
   const before = known.filter((one) => one < number).at(-1);
   const after = known.find((one) => one > number);
   return [before, after].flatMap((other) => {
@@ -78,19 +78,19 @@ function neighbours(desk: Desk, number: number, close: () => void): HTMLElement[
     const node = el("button", { type: "button", class: "button" }, `Incident ${other}`);
     node.addEventListener("click", () => {
       close();
-      void openIncident(desk, other);
+      void openIncident(context, other);
     });
     return [node];
   });
 }
 
-function content(desk: Desk, incident: Incident, width: number): HTMLElement[] {
+function content(context: PanelContext, incident: Incident, width: number): HTMLElement[] {
   const { number, at, sim_time_s, demo, policy, seed } = incident;
   const facts = `${at}, ${demo} with policy ${policy}, seed ${seed}, ${sim_time_s.toFixed(3)} s of simulated time`;
   const marks = incident.events.map((event) => event.at_ms);
   const parts = [
     el("p", { class: "dim" }, facts),
-    el("p", { class: "dim" }, "The same on the command line: ", el("code", {}, desk.onCell(`robocell incident ${number}`))),
+    el("p", { class: "dim" }, "The same on the command line: ", el("code", {}, context.onCell(`robocell incident ${number}`))),
     list("Events", incident.events.map((event) => `${event.at_ms.toFixed(1)} ms  ${event.what}`)),
   ];
   if (!incident.complete) parts.push(el("p", { class: "dim" }, "The second after it is not kept yet."));

@@ -1,5 +1,5 @@
 // The card of an arm: the Robot tab has the rest.
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { button } from "../button";
 import { openDrawer } from "../drawers";
 import { stopWords } from "../stop-words";
@@ -8,22 +8,22 @@ import type { Card } from "./index";
 import { list, poseRows, row } from "./rows";
 import { touchRows } from "./touches";
 
-export function armCard(desk: Desk, index: number): Card | null {
-  const spec = desk.store.scene?.arms[index];
+export function armCard(context: PanelContext, index: number): Card | null {
+  const spec = context.store.scene?.arms[index];
   if (spec === undefined) return null;
-  const state = () => desk.snapshot?.arms[index];
+  const state = () => context.snapshot?.arms[index];
   const tcp = () => state()?.tcp;
   const held = () => {
     const object = state()?.held ?? null;
-    return object === null ? "nothing" : (desk.store.scene?.objects[object]?.name ?? "?");
+    return object === null ? "nothing" : (context.store.scene?.objects[object]?.name ?? "?");
   };
-  const robot = button(desk, {
+  const robot = button(context, {
     label: "Robot tab",
     class: "small",
     about: () => "Show joints, target and gripper of this arm in the Robot tab",
     twin: () => null,
     run: () => {
-      desk.openTab("robot");
+      context.openTab("robot");
       openDrawer("right");
     },
   });
@@ -34,8 +34,8 @@ export function armCard(desk: Desk, index: number): Card | null {
       row("holds", "", held),
       row("base", "m", () => list(spec.base.position, 3)),
       ...poseRows(tcp, "TCP "),
-      touchRows(desk, { kind: "arm", index }),
+      touchRows(context, { kind: "arm", index }),
     ],
-    actions: [robot, copyPose(desk, tcp)],
+    actions: [robot, copyPose(context, tcp)],
   };
 }

@@ -1,30 +1,30 @@
 // Pulls an object to a position in numbers.
 import type { Pose, Vec3 } from "../../net/protocol";
 import { button } from "../button";
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { el } from "../dom";
 
 /** Time that the spring pulls (s), as that of the command. */
 const PULL_S = 2;
 
-export function dragForm(desk: Desk, object: string, read: () => Pose | undefined): HTMLElement {
+export function dragForm(context: PanelContext, object: string, read: () => Pose | undefined): HTMLElement {
   const inputs = ["x", "y", "z"].map((axis) =>
     el("input", { type: "number", step: 0.01, "aria-label": `${axis} (m)`, title: `${axis} in metres, world frame` }),
   );
   const to = () => inputs.map((input) => Number.parseFloat(input.value)) as Vec3;
   const why = () => {
-    const refusal = desk.cellRefusal();
+    const refusal = context.cellRefusal();
     if (refusal !== null) return refusal;
     if (read() === undefined) return `${object} is not in the scene`;
     return to().every(Number.isFinite) ? null : "a field is empty";
   };
-  const go = button(desk, {
+  const go = button(context, {
     label: "Drag",
     class: "small",
     about: () => `Pull ${object} to this position (m, world frame) by a spring`,
     twin: () => `robocell drag ${object} --to ${to().map((value) => (Number.isFinite(value) ? value.toFixed(3) : "?")).join(" ")}`,
     why,
-    run: () => desk.send({ do: "drag", object, to: to(), for_s: PULL_S }),
+    run: () => context.send({ do: "drag", object, to: to(), for_s: PULL_S }),
   });
   const form = el("form", { class: "drag-form", "aria-label": `Drag ${object} to` }, el("span", { class: "dim" }, "to (m)"), ...inputs, go);
   form.addEventListener("submit", (event) => {
@@ -36,7 +36,7 @@ export function dragForm(desk: Desk, object: string, read: () => Pose | undefine
   form.addEventListener("input", () => {
     follows = false;
   });
-  desk.pulse.add(form, () => {
+  context.pulse.add(form, () => {
     const pose = read();
     if (!follows || pose === undefined || form.contains(document.activeElement)) return;
     for (const [axis, input] of inputs.entries()) input.value = pose[axis]?.toFixed(3) ?? "";

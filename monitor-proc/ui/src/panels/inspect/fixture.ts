@@ -1,12 +1,12 @@
 // The card of a fixture.
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { copyPose } from "./copy";
 import type { Card } from "./index";
 import { poseRows, row, shapeWords } from "./rows";
 import { touchRows } from "./touches";
 
-export function fixtureCard(desk: Desk, index: number): Card | null {
-  const spec = desk.store.scene?.fixtures[index];
+export function fixtureCard(context: PanelContext, index: number): Card | null {
+  const spec = context.store.scene?.fixtures[index];
   if (spec === undefined) return null;
   return {
     kind: spec.solid ? "fixture" : "keeps motion away, without a body",
@@ -15,8 +15,8 @@ export function fixtureCard(desk: Desk, index: number): Card | null {
       row("obstacle", "", () => (spec.obstacle === null ? "no" : `yes, number ${spec.obstacle}`)),
       ...poseRows(() => spec.pose),
       row("friction", "", () => spec.friction.toFixed(2)),
-      ...(spec.solid ? [touchRows(desk, { kind: "fixture", index })] : []),
+      ...(spec.solid ? [touchRows(context, { kind: "fixture", index })] : []),
     ],
-    actions: [copyPose(desk, () => spec.pose)],
+    actions: [copyPose(context, () => spec.pose)],
   };
 }

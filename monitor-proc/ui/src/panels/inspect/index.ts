@@ -1,7 +1,7 @@
 // What is selected: a card under the scene, and in a narrow window a button over the
 // view that opens the drawer with it.
 import type { Scene } from "../../net/protocol";
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { openDrawer } from "../drawers";
 import { el, setText } from "../dom";
 import { armCard } from "./arm";
@@ -15,7 +15,7 @@ export interface Card {
   actions: HTMLElement[];
 }
 
-export function inspector(desk: Desk): HTMLElement {
+export function inspector(context: PanelContext): HTMLElement {
   const name = el("h3", {});
   const kind = el("span", { class: "dim" });
   const body = el("div", { class: "inspect-body" });
@@ -28,7 +28,7 @@ export function inspector(desk: Desk): HTMLElement {
     for (const row of rows) row.show();
   };
   const fill = (wanted: string | null) => {
-    const card = wanted === null ? null : cardOf(desk, wanted);
+    const card = wanted === null ? null : cardOf(context, wanted);
     root.hidden = chip.hidden = card === null;
     rows = card?.rows ?? [];
     body.replaceChildren(...rows.map(({ node }) => node), el("div", { class: "inspect-actions" }, ...(card?.actions ?? [])));
@@ -37,25 +37,25 @@ export function inspector(desk: Desk): HTMLElement {
     setText(chip, `${wanted ?? ""}: details`);
     show();
   };
-  close.addEventListener("click", () => leave(desk));
+  close.addEventListener("click", () => leave(context));
   root.addEventListener("keydown", (event) => {
-    if (event.key === "Escape") leave(desk);
+    if (event.key === "Escape") leave(context);
   });
   addEventListener("keydown", (event) => {
     const target = event.target instanceof Element ? event.target : null;
-    if (event.key === "Escape" && target?.closest("dialog, .popover, input, .inspect") == null) desk.select(null);
+    if (event.key === "Escape" && target?.closest("dialog, .popover, input, .inspect") == null) context.select(null);
   });
-  desk.onSelect(fill);
+  context.onSelect(fill);
   // The same scene comes again after a reconnection.
-  desk.store.on("scene", () => fill(desk.selection));
-  desk.pulse.add(root, show);
+  context.store.on("scene", () => fill(context.selection));
+  context.pulse.add(root, show);
   return root;
 }
 
 /** Closes the card; the focus goes back to the row of the scene it came from. */
-function leave(desk: Desk): void {
+function leave(context: PanelContext): void {
   const row = document.querySelector<HTMLElement>('.tree-row[aria-current="true"]');
-  desk.select(null);
+  context.select(null);
   row?.focus();
 }
 
@@ -71,11 +71,11 @@ function detailsButton(): HTMLElement {
   return chip;
 }
 
-function cardOf(desk: Desk, name: string): Card | null {
-  const { scene } = desk.store;
+function cardOf(context: PanelContext, name: string): Card | null {
+  const { scene } = context.store;
   if (scene === null) return null;
   const at = (list: Scene["objects" | "arms" | "fixtures"]) => list.findIndex((one) => one.name === name);
   const [object, arm, fixture] = [at(scene.objects), at(scene.arms), at(scene.fixtures)];
-  if (object >= 0) return objectCard(desk, object);
-  return arm >= 0 ? armCard(desk, arm) : fixtureCard(desk, fixture);
+  if (object >= 0) return objectCard(context, object);
+  return arm >= 0 ? armCard(context, arm) : fixtureCard(context, fixture);
 }

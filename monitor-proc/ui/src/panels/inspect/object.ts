@@ -1,7 +1,7 @@
 // The card of an object.
 import { norm } from "../../net/contacts";
 import { OBJECT, type ObjectState } from "../../net/snapshot";
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { copyPose } from "./copy";
 import { dragForm } from "./drag-form";
 import type { Card } from "./index";
@@ -13,24 +13,24 @@ const DEG = 180 / Math.PI;
 const STILL_M_S = 2e-3;
 const STILL_RAD_S = 2e-2;
 
-export function objectCard(desk: Desk, index: number): Card | null {
-  const spec = desk.store.scene?.objects[index];
+export function objectCard(context: PanelContext, index: number): Card | null {
+  const spec = context.store.scene?.objects[index];
   if (spec === undefined) return null;
-  const state = () => desk.snapshot?.objects[index];
+  const state = () => context.snapshot?.objects[index];
   const isHere = () => ((state()?.flags ?? 0) & OBJECT.enabled) !== 0;
   const pose = () => (isHere() ? state()?.pose : undefined);
-  const holder = () => desk.snapshot?.arms.findIndex((arm) => arm.held === index) ?? -1;
+  const holder = () => context.snapshot?.arms.findIndex((arm) => arm.held === index) ?? -1;
   const here = (read: (found: ObjectState) => string) => () => {
     const found = state();
     return found === undefined || !isHere() ? "–" : read(found);
   };
-  const touches = touchRows(desk, { kind: "object", index });
+  const touches = touchRows(context, { kind: "object", index });
   return {
     kind: spec.kind === spec.name ? "object" : `object of the series ${spec.kind}`,
     rows: [
       row("shape", "", () => shapeWords(spec.shape)),
       row("state", "", () => stateWords(state())),
-      row("held by", "", () => (holder() < 0 ? "no arm" : desk.armName(holder()))),
+      row("held by", "", () => (holder() < 0 ? "no arm" : context.armName(holder()))),
       ...poseRows(pose),
       row("velocity", "m/s", here(({ linear }) => list(linear, 3))),
       row("turn rate", "°/s", here(({ angular }) => list(angular.map((rate) => rate * DEG), 1))),
@@ -38,7 +38,7 @@ export function objectCard(desk: Desk, index: number): Card | null {
       row("friction", "", () => spec.friction.toFixed(2)),
       touches,
     ],
-    actions: [dragForm(desk, spec.name, pose), copyPose(desk, pose)],
+    actions: [dragForm(context, spec.name, pose), copyPose(context, pose)],
   };
 }
 

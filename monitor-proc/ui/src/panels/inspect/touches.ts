@@ -1,13 +1,13 @@
 // What a body touches, with the force of each contact.
 import { nameOf, norm, touchesOf } from "../../net/contacts";
 import { type ContactBody, FLAG } from "../../net/snapshot";
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { el, setText, setTitle } from "../dom";
 import { list, type Row } from "./rows";
 
 const MOST = 6;
 
-export function touchRows(desk: Desk, body: ContactBody): Row {
+export function touchRows(context: PanelContext, body: ContactBody): Row {
   const none = el("p", { class: "dim" });
   const lines = Array.from({ length: MOST }, () => {
     const name = el("span");
@@ -16,7 +16,7 @@ export function touchRows(desk: Desk, body: ContactBody): Row {
   });
   const node = el("div", { class: "touches" }, el("h4", {}, "Contacts"), el("ul", {}, ...lines.map((line) => line.node)), none);
   const show = () => {
-    const { scene, snapshot } = desk.store;
+    const { scene, snapshot } = context.store;
     if (scene === null || snapshot === null) return;
     const touches = touchesOf(snapshot.contacts, body);
     for (const [index, line] of lines.entries()) {
@@ -28,7 +28,7 @@ export function touchRows(desk: Desk, body: ContactBody): Row {
       const points = touch.points === 1 ? "1 point" : `${touch.points} points`;
       setTitle(line.node, `force ${list(touch.force, 2)} N (world frame), ${points}`);
     }
-    const isPast = desk.flag(FLAG.notLive);
+    const isPast = context.flag(FLAG.notLive);
     const more = touches.length > MOST ? `and ${touches.length - MOST} more` : "";
     setText(none, isPast ? "not recorded" : touches.length === 0 ? "none" : more);
   };

@@ -1,11 +1,11 @@
 // How long each hop takes, and which cycles were missed and why.
 import type { HopLatency, ProcessStatus } from "../../net/protocol";
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { el } from "../dom";
 import { micros } from "../format";
 import { histogram } from "./histogram";
 
-export function latencyTab(desk: Desk): HTMLElement {
+export function latencyTab(context: PanelContext): HTMLElement {
   const hops = el("div", { class: "hops" }, el("p", { class: "dim hint" }, "No hop was measured yet."));
   const missed = el("div", { class: "missed" });
   const root = el(
@@ -20,19 +20,19 @@ export function latencyTab(desk: Desk): HTMLElement {
   );
   let stale = true;
   const draw = () => {
-    const { status } = desk.store;
+    const { status } = context.store;
     stale = !root.checkVisibility();
     if (status === null || stale) return;
-    if (status.latency.length > 0) hops.replaceChildren(...status.latency.map((hop) => hopRow(desk, hop)));
+    if (status.latency.length > 0) hops.replaceChildren(...status.latency.map((hop) => hopRow(context, hop)));
     missed.replaceChildren(cycleTable(status.processes));
   };
-  desk.store.on("status", draw);
-  desk.pulse.add(root, () => stale && draw());
+  context.store.on("status", draw);
+  context.pulse.add(root, () => stale && draw());
   return root;
 }
 
-function hopRow(desk: Desk, hop: HopLatency): HTMLElement {
-  const name = hop.arm === null ? hop.hop : `${hop.hop} · ${desk.armName(hop.arm)}`;
+function hopRow(context: PanelContext, hop: HopLatency): HTMLElement {
+  const name = hop.arm === null ? hop.hop : `${hop.hop} · ${context.armName(hop.arm)}`;
   const figures = [
     ["p50", hop.p50_us],
     ["p99", hop.p99_us],

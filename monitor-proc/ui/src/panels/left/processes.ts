@@ -1,7 +1,7 @@
 // The processes of the cell, and a restart button each.
 import type { ProcessStatus } from "../../net/protocol";
 import { button } from "../button";
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { el, setAttr, setOptions, setText, setTitle } from "../dom";
 import { micros } from "../format";
 
@@ -10,18 +10,18 @@ interface Row {
   show: (status: ProcessStatus) => void;
 }
 
-export function processes(desk: Desk): HTMLElement {
+export function processes(context: PanelContext): HTMLElement {
   const none = el("p", { class: "dim" }, "No process has reported yet.");
   const list = el("div", { class: "processes" }, none);
-  desk.store.on("hello", ({ live }) => {
+  context.store.on("hello", ({ live }) => {
     if (!live) setText(none, "A recording: nothing runs.");
   });
   const rows = new Map<string, Row>();
-  desk.store.on("status", (status) => {
+  context.store.on("status", (status) => {
     const names = status.processes.map((one) => one.name);
     if (names.join() !== [...rows.keys()].join()) {
       rows.clear();
-      for (const name of names) rows.set(name, processRow(desk, name));
+      for (const name of names) rows.set(name, processRow(context, name));
       list.replaceChildren(...[...rows.values()].map((row) => row.root));
     }
     for (const one of status.processes) rows.get(one.name)?.show(one);
@@ -29,23 +29,23 @@ export function processes(desk: Desk): HTMLElement {
   return list;
 }
 
-function processRow(desk: Desk, name: string): Row {
+function processRow(context: PanelContext, name: string): Row {
   const dot = el("i", { class: "dot" });
   const rate = el("span", { class: "num" });
   const late = el("span", { class: "num" });
   const more = el("div", { class: "dim more" });
-  const policy = name === "task" ? policyChoice(desk) : null;
+  const policy = name === "task" ? policyChoice(context) : null;
   // Each arm's controller is listed, but they are started together.
   const process = name.replace(/-\d+$/, "");
-  const other = () => policy !== null && policy.value !== "" && policy.value !== desk.store.status?.task.policy;
-  const restart = button(desk, {
+  const other = () => policy !== null && policy.value !== "" && policy.value !== context.store.status?.task.policy;
+  const restart = button(context, {
     icon: "reset",
     class: "icon-only quiet",
     about: () => `Restart ${process}${other() ? ` with policy ${policy?.value}` : ""}`,
     twin: () => `robocell restart ${process}${other() ? ` --policy ${policy?.value}` : ""}`,
-    why: () => desk.cellRefusal(),
+    why: () => context.cellRefusal(),
     run: () =>
-      desk.send({ do: "restart", process, ...(other() && policy ? { policy: policy.value } : {}) }),
+      context.send({ do: "restart", process, ...(other() && policy ? { policy: policy.value } : {}) }),
   });
   const head = el("div", { class: "head" }, dot, el("b", { class: "name", title: name }, name), rate, late, restart);
   const root = el("div", { class: "process" }, head, el("div", { class: "foot" }, more, policy));
@@ -86,24 +86,24 @@ function show(
 }
 
 /** With which policy the task starts again; of no use where there is one. */
-function policyChoice(desk: Desk): HTMLSelectElement {
+function policyChoice(context: PanelContext): HTMLSelectElement {
   const select = el("select", { "aria-label": "Policy of the restarted task", class: "restart-policy" });
   select.title = "Policy the task is restarted with";
   const fill = () => {
-    const { hello } = desk.store;
+    const { hello } = context.store;
     const demo = hello?.demos.find((one) => one.name === hello.run.demo);
     setOptions(select, demo?.policies ?? []);
     select.hidden = (demo?.policies.length ?? 0) < 2;
   };
   const follow = () => {
-    const now = desk.store.status?.task.policy;
+    const now = context.store.status?.task.policy;
     if (now !== undefined && now !== select.dataset.now) {
       select.dataset.now = now;
       select.value = now;
     }
   };
-  desk.store.on("hello", fill);
-  desk.store.on("status", follow);
+  context.store.on("hello", fill);
+  context.store.on("status", follow);
   fill();
   return select;
 }

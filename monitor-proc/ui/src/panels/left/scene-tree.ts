@@ -1,30 +1,30 @@
 // What is in the scene; a click selects it in the view.
 import type { Scene } from "../../net/protocol";
 import { OBJECT } from "../../net/snapshot";
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { el, setAttr, setText } from "../dom";
 import { css } from "../format";
 
 type Refresh = () => void;
 
-export function sceneTree(desk: Desk): HTMLElement {
+export function sceneTree(context: PanelContext): HTMLElement {
   const root = el("div", { class: "scene-tree" }, el("p", { class: "dim" }, "No scene yet."));
   let refreshes: Refresh[] = [];
-  desk.store.on("scene", (scene) => {
+  context.store.on("scene", (scene) => {
     refreshes = [];
     root.replaceChildren(
-      group("Arms", arms(desk, scene, refreshes)),
-      group("Objects", objects(desk, scene, refreshes)),
-      group("Fixtures", fixtures(desk, scene)),
+      group("Arms", arms(context, scene, refreshes)),
+      group("Objects", objects(context, scene, refreshes)),
+      group("Fixtures", fixtures(context, scene)),
     );
   });
-  desk.pulse.add(root, () => {
+  context.pulse.add(root, () => {
     for (const refresh of refreshes) refresh();
   });
   root.addEventListener("keydown", (event) => {
-    if (event.key === "Escape") desk.select(null);
+    if (event.key === "Escape") context.select(null);
   });
-  desk.onSelect((name) => mark(root, name));
+  context.onSelect((name) => mark(root, name));
   return root;
 }
 
@@ -33,13 +33,13 @@ function group(name: string, rows: HTMLElement[]): HTMLElement {
   return el("details", { open: true, class: "tree-group" }, head, ...rows);
 }
 
-function row(desk: Desk, name: string, colour: string | null, state: HTMLElement): HTMLElement {
+function row(context: PanelContext, name: string, colour: string | null, state: HTMLElement): HTMLElement {
   const swatch = el("i", { class: "swatch" });
   if (colour !== null) swatch.style.background = colour;
   const attrs = { type: "button", class: "tree-row", "data-name": name, title: `Select ${name}: what it is and where` };
   const node = el("button", attrs, swatch, el("span", { class: "name" }, name), state);
   node.addEventListener("click", () => {
-    desk.select(desk.selection === name ? null : name);
+    context.select(context.selection === name ? null : name);
   });
   return node;
 }
@@ -51,28 +51,28 @@ function mark(root: HTMLElement, name: string | null): void {
   }
 }
 
-function arms(desk: Desk, scene: Scene, refreshes: Refresh[]): HTMLElement[] {
+function arms(context: PanelContext, scene: Scene, refreshes: Refresh[]): HTMLElement[] {
   return scene.arms.map((arm, index) => {
     const state = el("span", { class: "dim state" });
     refreshes.push(() => {
-      const now = desk.snapshot?.arms[index];
+      const now = context.snapshot?.arms[index];
       const held = now?.held == null ? null : scene.objects[now.held]?.name;
       setText(state, now?.fault ? "fault" : held ? `holds ${held}` : arm.robot);
     });
-    return row(desk, arm.name, null, state);
+    return row(context, arm.name, null, state);
   });
 }
 
-function objects(desk: Desk, scene: Scene, refreshes: Refresh[]): HTMLElement[] {
+function objects(context: PanelContext, scene: Scene, refreshes: Refresh[]): HTMLElement[] {
   return scene.objects.map((object, index) => {
     const state = el("span", { class: "dim state" });
     refreshes.push(() => {
-      const now = desk.snapshot?.objects[index];
+      const now = context.snapshot?.objects[index];
       if (!now) return;
-      const holder = desk.snapshot?.arms.findIndex((arm) => arm.held === index) ?? -1;
-      setText(state, objectState(now.flags, holder < 0 ? null : desk.armName(holder), now.pose[2]));
+      const holder = context.snapshot?.arms.findIndex((arm) => arm.held === index) ?? -1;
+      setText(state, objectState(now.flags, holder < 0 ? null : context.armName(holder), now.pose[2]));
     });
-    return row(desk, object.name, css(object.colour), state);
+    return row(context, object.name, css(object.colour), state);
   });
 }
 
@@ -87,9 +87,9 @@ function objectState(flags: number, holder: string | null, z: number): string {
   return words.join(" · ");
 }
 
-function fixtures(desk: Desk, scene: Scene): HTMLElement[] {
+function fixtures(context: PanelContext, scene: Scene): HTMLElement[] {
   return scene.fixtures.map((fixture) => {
     const about = fixture.obstacle === null ? "" : `obstacle ${fixture.obstacle}`;
-    return row(desk, fixture.name, css(fixture.colour), el("span", { class: "dim state" }, about));
+    return row(context, fixture.name, css(fixture.colour), el("span", { class: "dim state" }, about));
   });
 }

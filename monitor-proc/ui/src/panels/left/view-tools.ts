@@ -1,6 +1,6 @@
 // What the view shows over the cell, from where, and what the gizmo does.
 import { button } from "../button";
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { el, setText } from "../dom";
 import { words } from "../format";
 import type { ViewApi } from "../view-api";
@@ -20,20 +20,20 @@ const ABOUT: Record<string, string> = {
   names: "Names of objects and arms",
 };
 
-export function viewTools(desk: Desk): HTMLElement {
-  const { view } = desk;
+export function viewTools(context: PanelContext): HTMLElement {
+  const { view } = context;
   if (view === null) return el("p", { class: "dim" }, "There is no 3D view in this browser.");
   const boxes = view.toggles.names().map((name) => {
     const box = el("input", { type: "checkbox" });
     box.checked = view.toggles.get(name);
     box.addEventListener("change", () => view.toggles.set(name, box.checked));
-    desk.pulse.add(box, () => {
+    context.pulse.add(box, () => {
       box.checked = view.toggles.get(name);
     });
     return el("label", { class: "check", title: ABOUT[name] ?? words(name) }, box, words(name));
   });
   const cameras = CAMERAS.map((name, index) =>
-    button(desk, {
+    button(context, {
       label: name,
       class: "small",
       about: () => `Look from: ${name} (key ${index + 1}${name === "tool" ? "" : `; #view=${name} in the address`})`,
@@ -46,30 +46,30 @@ export function viewTools(desk: Desk): HTMLElement {
     { class: "view-tools" },
     el("div", { class: "checks" }, ...boxes),
     el("div", { class: "segments", role: "group", "aria-label": "Camera" }, ...cameras),
-    gizmo(desk),
-    quality(desk, view),
+    gizmo(context),
+    quality(context, view),
   );
 }
 
 /** What the picture does without to stay fluent. */
-function quality(desk: Desk, view: ViewApi): HTMLElement {
+function quality(context: PanelContext, view: ViewApi): HTMLElement {
   const line = el("p", { class: "dim quality", title: "While something moves, the picture gives up quality step by step to stay fluent. At rest it is drawn in full" });
-  desk.pulse.add(line, () => setText(line, `Picture: ${view.picture}`));
+  context.pulse.add(line, () => setText(line, `Picture: ${view.picture}`));
   return line;
 }
 
-function gizmo(desk: Desk): HTMLElement {
+function gizmo(context: PanelContext): HTMLElement {
   const modes = [
     ["translate", "move", "T"],
     ["rotate", "turn", "E"],
   ] as const;
   const buttons = modes.map(([mode, name, key]) =>
-    button(desk, {
+    button(context, {
       label: `${name} target`,
       class: "small",
       about: () => `The gizmo will ${name} the target (key ${key}); it leads the arm while the task is paused`,
       twin: () => "robocell target X Y Z R P YAW",
-      run: () => desk.view?.gizmoMode(mode),
+      run: () => context.view?.gizmoMode(mode),
     }),
   );
   return el("div", { class: "segments", role: "group", "aria-label": "Gizmo" }, ...buttons);

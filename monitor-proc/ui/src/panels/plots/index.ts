@@ -1,5 +1,5 @@
 // Up to four plots and the signals to put into them. The URL keeps them.
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { el, setAttr, setText } from "../dom";
 import { getHash, setHash } from "../hash";
 import { History } from "./history";
@@ -9,8 +9,8 @@ const MOST_PLOTS = 4;
 const FIRST = "position error";
 const MOST_HEIGHTS = 6;
 
-export function plotsTab(desk: Desk): HTMLElement {
-  const history = new History(desk.store);
+export function plotsTab(context: PanelContext): HTMLElement {
+  const history = new History(context.store);
   const stack = el("div", { class: "plot-stack" });
   const plots: Plot[] = [];
   let active: Plot | null = null;
@@ -22,8 +22,8 @@ export function plotsTab(desk: Desk): HTMLElement {
     for (const one of plots) one.root.classList.toggle("active", one === plot);
   };
   const seek = (time_s: number) => {
-    const epoch = desk.store.past?.epoch ?? null;
-    void desk.send({ do: "seek", time_s: Math.max(0, time_s), ...(epoch === null ? {} : { epoch }) });
+    const epoch = context.store.past?.epoch ?? null;
+    void context.send({ do: "seek", time_s: Math.max(0, time_s), ...(epoch === null ? {} : { epoch }) });
   };
   const add = (keys: string[]) => {
     if (plots.length >= MOST_PLOTS) return;
@@ -57,7 +57,7 @@ export function plotsTab(desk: Desk): HTMLElement {
 
   let begun = false;
   const begin = () => {
-    if (begun || history.signals.length === 0 || desk.store.scene === null) return;
+    if (begun || history.signals.length === 0 || context.store.scene === null) return;
     begun = true;
     const kept = getHash("plots");
     const wanted = kept === null ? usual() : kept.split("|").map((one) => one.split("~").filter(Boolean));
@@ -76,9 +76,9 @@ export function plotsTab(desk: Desk): HTMLElement {
     return [first === undefined ? [] : [first], second.map(({ key }) => key)];
   };
   // Another scene has other signals.
-  let demo = desk.store.scene?.demo;
+  let demo = context.store.scene?.demo;
   const follow = () => {
-    const scene = desk.store.scene;
+    const scene = context.store.scene;
     if (!begun || scene === null || scene.demo === demo) return begin();
     demo = scene.demo;
     const left = plots.filter((plot) => plot.prune());
@@ -89,7 +89,7 @@ export function plotsTab(desk: Desk): HTMLElement {
   };
   history.on(follow);
   begin();
-  desk.pulse.add(stack, () => {
+  context.pulse.add(stack, () => {
     more.disabled = plots.length >= MOST_PLOTS;
     setText(span, history.cursor === null ? "last 30 s" : `30 s around ${history.cursor.toFixed(2)} s`);
     if (held) return;

@@ -1,6 +1,6 @@
 // One arm in a few lines: what holds it back, what it holds, how far it is.
 import { type ArmState, isUnreachable } from "../../net/snapshot";
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { el, setAttr, setText, setTitle } from "../dom";
 import { millimetres } from "../format";
 import { stopWords } from "../stop-words";
@@ -10,15 +10,15 @@ const WIDE = /^(TCP|opening|suction)/;
 /** Clearance of an arm without obstacles (m). */
 const NO_OBSTACLE_M = 999;
 
-export function facts(desk: Desk, arm: number): HTMLElement {
+export function facts(context: PanelContext, arm: number): HTMLElement {
   const controller = stopBadge("controller");
   const physics = stopBadge("drives");
   const rows: [string, (state: ArmState) => string][] = [
     ["goal", (state) => goalWords(state)],
     ["position error", (state) => (state.targetValid ? millimetres(state.positionError) : "–")],
     ["clearance", (state) => (state.clearance > NO_OBSTACLE_M ? "no obstacle" : millimetres(state.clearance, 0))],
-    ["holds", (state) => (state.held === null ? "nothing" : (desk.store.scene?.objects[state.held]?.name ?? "?"))],
-    ...gripperRows(desk, arm),
+    ["holds", (state) => (state.held === null ? "nothing" : (context.store.scene?.objects[state.held]?.name ?? "?"))],
+    ...gripperRows(context, arm),
     ["TCP (m)", (state) => state.tcp.slice(0, 3).map((value) => value.toFixed(3)).join(", ")],
   ];
   const cells = rows.map(([name, text]) => {
@@ -32,8 +32,8 @@ export function facts(desk: Desk, arm: number): HTMLElement {
     el("div", { class: "stops" }, controller.node, physics.node),
     ...cells.map(({ node }) => node),
   );
-  desk.pulse.add(root, () => {
-    const state = desk.snapshot?.arms[arm];
+  context.pulse.add(root, () => {
+    const state = context.snapshot?.arms[arm];
     if (!root.isConnected || !state) return;
     controller.show(state.controllerStop, false);
     physics.show(state.physicsStop, state.fault);
@@ -49,8 +49,8 @@ function goalWords(state: ArmState): string {
   return isUnreachable(state) ? "not reachable" : "followed";
 }
 
-function gripperRows(desk: Desk, arm: number): [string, (state: ArmState) => string][] {
-  const gripper = desk.store.scene?.arms[arm]?.gripper;
+function gripperRows(context: PanelContext, arm: number): [string, (state: ArmState) => string][] {
+  const gripper = context.store.scene?.arms[arm]?.gripper;
   if (!gripper) return [];
   if (gripper.finger_joints.length === 0) {
     return [["suction", (state) => `${state.attached ? "attached" : "free"}, load ${(100 * state.load).toFixed(0)} %`]];

@@ -2,30 +2,30 @@
 import type { Actions } from "../actions";
 import { gripperIsClosed } from "../actions";
 import { button } from "../button";
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { el, setAttr, setText } from "../dom";
 import { facts } from "./facts";
 import { jointForm } from "./joint-form";
 import { joints } from "./joints";
 import { targetForm } from "./target";
 
-export function robotTab(desk: Desk, act: Actions): HTMLElement {
+export function robotTab(context: PanelContext, act: Actions): HTMLElement {
   const arms = el("div", { class: "segments", role: "group", "aria-label": "Arm", hidden: true });
   const body = el("div", { class: "column" });
   const sliders = el("div");
   const choose = () => {
     for (const [index, node] of [...arms.children].entries()) {
-      setAttr(node, "aria-pressed", String(index === desk.arm));
+      setAttr(node, "aria-pressed", String(index === context.arm));
     }
-    body.replaceChildren(...armPanel(desk));
-    const arm = desk.store.scene?.arms[desk.arm];
-    sliders.replaceChildren(...(arm === undefined ? [] : [jointForm(desk, desk.arm, arm)]));
+    body.replaceChildren(...armPanel(context));
+    const arm = context.store.scene?.arms[context.arm];
+    sliders.replaceChildren(...(arm === undefined ? [] : [jointForm(context, context.arm, arm)]));
   };
-  desk.store.on("scene", (scene) => {
+  context.store.on("scene", (scene) => {
     const buttons = scene.arms.map((arm, index) => {
       const node = el("button", { type: "button", class: "button small" }, arm.name);
       node.addEventListener("click", () => {
-        desk.arm = index;
+        context.arm = index;
       });
       return node;
     });
@@ -33,19 +33,19 @@ export function robotTab(desk: Desk, act: Actions): HTMLElement {
     arms.hidden = buttons.length < 2;
     choose();
   });
-  desk.onArm(choose);
-  const gripper = button(desk, { ...act.gripper, label: "Gripper", class: "gripper" });
+  context.onArm(choose);
+  const gripper = button(context, { ...act.gripper, label: "Gripper", class: "gripper" });
   const name = gripper.querySelector("span");
-  desk.pulse.add(gripper, () => {
-    if (name !== null) setText(name, gripperIsClosed(desk) ? "Open gripper" : "Close gripper");
+  context.pulse.add(gripper, () => {
+    if (name !== null) setText(name, gripperIsClosed(context) ? "Open gripper" : "Close gripper");
   });
   choose();
-  return el("div", { class: "robot-tab column scroll" }, arms, body, targetForm(desk), el("div", { class: "row" }, gripper), sliders);
+  return el("div", { class: "robot-tab column scroll" }, arms, body, targetForm(context), el("div", { class: "row" }, gripper), sliders);
 }
 
 /** Facts and joints of the selected arm. */
-function armPanel(desk: Desk): HTMLElement[] {
-  const arm = desk.store.scene?.arms[desk.arm];
+function armPanel(context: PanelContext): HTMLElement[] {
+  const arm = context.store.scene?.arms[context.arm];
   if (arm === undefined) return [el("p", { class: "dim hint" }, "No robot yet.")];
-  return [facts(desk, desk.arm), joints(desk, desk.arm, arm)];
+  return [facts(context, context.arm), joints(context, context.arm, arm)];
 }

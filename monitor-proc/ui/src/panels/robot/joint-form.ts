@@ -2,7 +2,7 @@
 import type { ArmSpec, JointSpec } from "../../net/protocol";
 import type { ArmState } from "../../net/snapshot";
 import { handRefusal } from "../actions";
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { el, setText, setTitle } from "../dom";
 import { shortNames } from "../joint-names";
 import { LatestOnly } from "./latest-only";
@@ -19,13 +19,13 @@ interface Slider {
   show: (measured: number, setpoint: number, follows: boolean) => void;
 }
 
-export function jointForm(desk: Desk, arm: number, spec: ArmSpec): HTMLElement {
+export function jointForm(context: PanelContext, arm: number, spec: ArmSpec): HTMLElement {
   const own = spec.joints.slice(0, spec.arm_joints);
   const names = shortNames(spec.joints.map(({ name }) => name));
   const sliders = own.map((joint, index) => slider(joint, names[index] ?? joint.name));
   const wanted = () => sliders.map((one) => one.wanted());
-  const why = () => desk.cellRefusal() ?? handRefusal(desk);
-  const sender = new LatestOnly(() => desk.send({ do: "joints", arm, positions: wanted() }));
+  const why = () => context.cellRefusal() ?? handRefusal(context);
+  const sender = new LatestOnly(() => context.send({ do: "joints", arm, positions: wanted() }));
   let touchedAt: number | null = null;
   const reason = el("p", { class: "dim" });
   const root = el(
@@ -41,11 +41,11 @@ export function jointForm(desk: Desk, arm: number, spec: ArmSpec): HTMLElement {
     touchedAt = performance.now();
     if (why() === null) sender.ask();
   });
-  desk.pulse.add(root, () => {
-    const state = desk.snapshot?.arms[arm];
+  context.pulse.add(root, () => {
+    const state = context.snapshot?.arms[arm];
     const refusal = why();
     setText(reason, refusal ?? "");
-    setTitle(root, refusal ?? `$ ${desk.onCell(twin(desk, arm, wanted()))}`);
+    setTitle(root, refusal ?? `$ ${context.onCell(twin(context, arm, wanted()))}`);
     const isIdle = touchedAt === null || (performance.now() - touchedAt > LET_GO_MS && state !== undefined && rests(state));
     if (refusal !== null || isIdle) touchedAt = null;
     for (const [index, one] of sliders.entries()) {
@@ -60,8 +60,8 @@ function rests({ velocities }: ArmState): boolean {
   return velocities.every((rate) => Math.abs(rate) < REST_RATE);
 }
 
-function twin(desk: Desk, arm: number, positions: number[]): string {
-  const which = desk.store.scene?.arms.length === 1 ? "" : ` --arm ${arm}`;
+function twin(context: PanelContext, arm: number, positions: number[]): string {
+  const which = context.store.scene?.arms.length === 1 ? "" : ` --arm ${arm}`;
   return `robocell joints ${positions.map((value) => value.toFixed(3)).join(" ")}${which}`;
 }
 

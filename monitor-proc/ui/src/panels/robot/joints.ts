@@ -2,7 +2,7 @@
 // works, and whether the controller had to clip it.
 import type { ArmSpec, JointSpec } from "../../net/protocol";
 import type { ArmState } from "../../net/snapshot";
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { el, setAttr, setText, setTitle } from "../dom";
 import { shortNames } from "../joint-names";
 
@@ -12,7 +12,7 @@ const VERY_NEAR = 0.03;
 /** A clip of one cycle would not be seen. */
 const CLIP_SHOWN_MS = 600;
 
-export function joints(desk: Desk, arm: number, spec: ArmSpec): HTMLElement {
+export function joints(context: PanelContext, arm: number, spec: ArmSpec): HTMLElement {
   const names = shortNames(spec.joints.map(({ name }) => name));
   const rows = spec.joints.map((joint, index) => jointRow(joint, names[index] ?? joint.name, index, index < spec.arm_joints));
   const head = el(
@@ -25,8 +25,8 @@ export function joints(desk: Desk, arm: number, spec: ArmSpec): HTMLElement {
     el("span", { title: "Share of the drive's limit in use; hover for N m or N" }, "effort"),
   );
   const root = el("div", { class: "joints" }, head, ...rows.map((row) => row.root));
-  desk.pulse.add(root, () => {
-    const state = desk.snapshot?.arms[arm];
+  context.pulse.add(root, () => {
+    const state = context.snapshot?.arms[arm];
     if (!state) return;
     for (const row of rows) row.show(state);
   });

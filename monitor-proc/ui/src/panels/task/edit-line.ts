@@ -1,18 +1,18 @@
 // How the policy is changed: in the editor of the page, or on disk and by a restart.
 import { button } from "../button";
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { el } from "../dom";
 import type { GraphChoice } from "./choice";
 import { policyButton } from "./policy/button";
 
-export function editLine(desk: Desk, choice: GraphChoice): HTMLElement {
-  const restart = button(desk, {
+export function editLine(context: PanelContext, choice: GraphChoice): HTMLElement {
+  const restart = button(context, {
     label: "Restart task",
     class: "small",
     about: () => "Restart the task with its policy file as it is on disk now",
     twin: () => "robocell restart task",
-    why: () => desk.cellRefusal(),
-    run: () => desk.send({ do: "restart", process: "task" }),
+    why: () => context.cellRefusal(),
+    run: () => context.send({ do: "restart", process: "task" }),
   });
   const about = el("span", {});
   const tell = () => {
@@ -23,5 +23,5 @@ export function editLine(desk: Desk, choice: GraphChoice): HTMLElement {
   };
   choice.on(tell);
   tell();
-  return el("div", { class: "edit-line dim" }, about, el("span", { class: "spacer" }), policyButton(desk), restart);
+  return el("div", { class: "edit-line dim" }, about, el("span", { class: "spacer" }), policyButton(context), restart);
 }

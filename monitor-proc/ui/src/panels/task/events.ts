@@ -1,6 +1,6 @@
 // What was said, newest last, with a filter.
 import type { LogLine } from "../../net/protocol";
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { el, setAttr, setText } from "../dom";
 import { openIncident } from "../incident/index";
 
@@ -16,8 +16,8 @@ function kindOf(line: LogLine): (typeof KINDS)[number] {
   return line.kind === "lifecycle" ? "task" : line.kind;
 }
 
-export function eventLog(desk: Desk): HTMLElement {
-  const { store } = desk;
+export function eventLog(context: PanelContext): HTMLElement {
+  const { store } = context;
   const list = el("div", { class: "event-list scroll", role: "log", tabindex: 0, "aria-label": "Events" });
   const filter = el("input", { type: "search", placeholder: "filter", "aria-label": "Filter events" });
   const unwanted = new Set((localStorage.getItem(KEY) ?? "").split(" "));
@@ -36,7 +36,7 @@ export function eventLog(desk: Desk): HTMLElement {
   new ResizeObserver(follow).observe(list);
   list.addEventListener("keydown", (event) => moveFocus(list, event));
   const append = (lines: LogLine[]) => {
-    list.append(...lines.filter(fits).slice(-SHOWN).map((line) => row(desk, line)));
+    list.append(...lines.filter(fits).slice(-SHOWN).map((line) => row(context, line)));
     while (list.childElementCount > SHOWN) list.firstElementChild?.remove();
     const left = store.log.length - store.log.filter(fits).length;
     setText(hidden, left === 0 ? "" : `${left} hidden`);
@@ -63,7 +63,7 @@ export function eventLog(desk: Desk): HTMLElement {
   // What comes after the moment that is shown is not said yet.
   let shown = Infinity;
   let followed = true;
-  desk.pulse.add(list, () => {
+  context.pulse.add(list, () => {
     const now = store.past === null ? Infinity : (store.snapshot?.time ?? Infinity);
     if (now === shown) return;
     if (shown === Infinity) followed = follows;
@@ -95,24 +95,24 @@ function moveFocus(list: HTMLElement, event: KeyboardEvent): void {
   next.focus();
 }
 
-function row(desk: Desk, line: LogLine): HTMLElement {
+function row(context: PanelContext, line: LogLine): HTMLElement {
   const time = el("button", { type: "button", class: "event-time num", title: "Look at this moment", tabindex: -1 });
   time.textContent = line.time_s.toFixed(2);
   time.addEventListener("click", () => {
     const { time_s, epoch } = line;
-    const other = epoch !== null && !desk.store.isCurrent(line);
-    void desk.send({ do: "seek", time_s, ...(other ? { epoch } : {}) });
+    const other = epoch !== null && !context.store.isCurrent(line);
+    void context.send({ do: "seek", time_s, ...(other ? { epoch } : {}) });
   });
-  const node = el("div", { class: "event", "data-kind": line.kind }, time, el("span", {}, words(desk, line)));
+  const node = el("div", { class: "event", "data-kind": line.kind }, time, el("span", {}, words(context, line)));
   node.dataset.time = String(line.time_s);
   if (line.mark !== null) node.dataset.mark = line.mark;
   return node;
 }
 
-function words(desk: Desk, line: LogLine): HTMLElement | string {
+function words(context: PanelContext, line: LogLine): HTMLElement | string {
   const number = line.incident;
   if (number === undefined) return line.text;
   const open = el("button", { type: "button", class: "event-open", tabindex: -1 }, line.text);
-  open.addEventListener("click", () => void openIncident(desk, number));
+  open.addEventListener("click", () => void openIncident(context, number));
   return open;
 }

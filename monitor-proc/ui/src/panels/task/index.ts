@@ -1,5 +1,5 @@
 // The task: its outcome, its buttons, its graph, values and events.
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { el } from "../dom";
 import { panes } from "../tabs";
 import { breakBanner, breakList } from "./breaks/bar";
@@ -12,24 +12,24 @@ import { NodeDetail } from "./node-detail";
 import { taskSummary } from "./summary";
 import { valueTables } from "./values";
 
-export function taskTab(desk: Desk): HTMLElement {
-  const choice = new GraphChoice(desk.store);
-  const detail = new NodeDetail(desk, () => choice.index);
+export function taskTab(context: PanelContext): HTMLElement {
+  const choice = new GraphChoice(context.store);
+  const detail = new NodeDetail(context, () => choice.index);
   choice.on(() => detail.hide());
   return el(
     "div",
     { class: "task-tab column" },
-    taskSummary(desk),
-    taskButtons(desk),
-    breakBanner(desk),
+    taskSummary(context),
+    taskButtons(context),
+    breakBanner(context),
     choice.root,
-    graphPane(desk, choice, (node) => detail.show(node)),
+    graphPane(context, choice, (node) => detail.show(node)),
     detail.root,
-    breakList(desk),
+    breakList(context),
     panes([
-      ["Events", eventLog(desk)],
-      ["Values", valueTables(desk, choice)],
+      ["Events", eventLog(context)],
+      ["Values", valueTables(context, choice)],
     ]),
-    editLine(desk, choice),
+    editLine(context, choice),
   );
 }

@@ -1,6 +1,6 @@
 // The node that was clicked: its type, its ports and its breakpoint.
 import { button } from "../button";
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { el, setText } from "../dom";
 import { breakRefusal, breaksOf, breakTwin, toggleBreak } from "./breaks/state";
 
@@ -11,7 +11,7 @@ export class NodeDetail {
   private node = -1;
 
   constructor(
-    private readonly desk: Desk,
+    private readonly context: PanelContext,
     /** Index of the graph that is shown. */
     private readonly graph: () => number,
   ) {}
@@ -21,8 +21,8 @@ export class NodeDetail {
   }
 
   show(index: number): void {
-    const { desk } = this;
-    const node = desk.store.graphs[this.graph()]?.nodes[index];
+    const { context } = this;
+    const node = context.store.graphs[this.graph()]?.nodes[index];
     if (node === undefined) return;
     this.node = index;
     const close = el("button", { type: "button", class: "button icon-only quiet", "aria-label": "Close" }, "×");
@@ -32,26 +32,26 @@ export class NodeDetail {
     const ports = node.detail === "" ? ["no ports"] : split(node.detail);
     const lines = ports.map((port) => el("code", { class: "port" }, port));
     const tell = () => {
-      const letter = desk.store.letters[this.graph()]?.[this.node] ?? "I";
+      const letter = context.store.letters[this.graph()]?.[this.node] ?? "I";
       setText(about, `${node.kind} · id ${node.id} · ${STATUS[letter] ?? letter}`);
     };
     this.root.replaceChildren(head, el("div", { class: "ports" }, ...lines));
     this.root.hidden = false;
     tell();
-    desk.pulse.add(about, tell);
+    context.pulse.add(about, tell);
   }
 
   private breaker(name: string): HTMLElement {
-    const { desk } = this;
-    const isSet = () => breaksOf(desk.store)?.has(name) === true;
-    return button(desk, {
+    const { context } = this;
+    const isSet = () => breaksOf(context.store)?.has(name) === true;
+    return button(context, {
       label: "Break here",
       class: "small",
       name: () => (isSet() ? "Remove breakpoint" : "Break here"),
       about: () => (isSet() ? `Remove the breakpoint at ${name} (B)` : `Pause the cell at ${name} (B)`),
-      twin: () => breakTwin(desk, name),
-      why: () => breakRefusal(desk),
-      run: () => toggleBreak(desk, name),
+      twin: () => breakTwin(context, name),
+      why: () => breakRefusal(context),
+      run: () => toggleBreak(context, name),
     });
   }
 }

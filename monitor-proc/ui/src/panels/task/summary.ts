@@ -1,6 +1,6 @@
 // One look at the task: outcome, phase, reason, and what went wrong how often.
 import type { Status } from "../../net/protocol";
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { el, setAttr, setText, setTitle } from "../dom";
 import { words } from "../format";
 
@@ -28,7 +28,7 @@ const NAMES: Partial<Record<string, string>> = {
   self_contacts: "self-contacts",
 };
 
-export function taskSummary(desk: Desk): HTMLElement {
+export function taskSummary(context: PanelContext): HTMLElement {
   const outcome = el("span", { class: "badge" }, "–");
   const phase = el("b", { class: "phase" }, "no task yet");
   const policy = el("span", { class: "dim" });
@@ -38,7 +38,7 @@ export function taskSummary(desk: Desk): HTMLElement {
     const name = NAMES[key] ?? key;
     return { key, value, node: el("span", { class: "counter", title: about }, value, name) };
   });
-  desk.store.on("status", ({ task }) => {
+  context.store.on("status", ({ task }) => {
     setText(outcome, task.outcome);
     setAttr(outcome, "data-tone", TONE[task.outcome]);
     setText(phase, words(task.phase) || "–");

@@ -1,7 +1,7 @@
 // Guards and blackboard keys with their values; what changed lately flashes, and what
 // was not asked lately is dim and says how long ago it was.
 import type { Store } from "../../net/store";
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { el, flash, setText, setTitle } from "../dom";
 import { breakDot } from "./breaks/dot";
 import type { GraphChoice } from "./choice";
@@ -70,9 +70,9 @@ class Table {
   }
 }
 
-export function valueTables(desk: Desk, choice: GraphChoice): HTMLElement {
-  const { store } = desk;
-  const guards = new Table((name) => breakDot(desk, name, 0));
+export function valueTables(context: PanelContext, choice: GraphChoice): HTMLElement {
+  const { store } = context;
+  const guards = new Table((name) => breakDot(context, name, 0));
   const keys = new Table(null);
   const empty = el("p", { class: "dim hint" }, "No guard was asked and no key set yet.");
   const show = () => {
@@ -89,7 +89,7 @@ export function valueTables(desk: Desk, choice: GraphChoice): HTMLElement {
   const root = el("div", { class: "value-tables scroll", tabindex: 0 }, empty, head("Guards", guards), head("Keys", keys));
   choice.on(begin);
   store.on("graph", show);
-  desk.pulse.add(root, show);
+  context.pulse.add(root, show);
   begin();
   return root;
 }

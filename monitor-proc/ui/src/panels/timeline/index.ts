@@ -2,7 +2,7 @@
 // back.
 import { FLAG } from "../../net/snapshot";
 import { button, setIcon } from "../button";
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { el, setAttr, setText } from "../dom";
 import { mountLanes } from "./lanes";
 import { drawnMarks } from "./marks";
@@ -22,8 +22,8 @@ const MARKS: [string, string][] = [
   ["incident", "incident: click to open"],
 ];
 
-export function mountTimeline(desk: Desk, host: HTMLElement): void {
-  const { store } = desk;
+export function mountTimeline(context: PanelContext, host: HTMLElement): void {
+  const { store } = context;
   const marks = el("div", { class: "marks" });
   const cursor = el("i", { class: "cursor" });
   const bar = el("div", { class: "bar", role: "slider", tabindex: 0, "aria-label": "Time shown", title: "Drag to look back; Shift and drag to choose a range that is looped" }, marks, cursor);
@@ -33,7 +33,7 @@ export function mountTimeline(desk: Desk, host: HTMLElement): void {
   const span = () => {
     const { timeline, snapshot } = store;
     const end = snapshot?.time ?? 0;
-    const past = desk.flag(FLAG.notLive);
+    const past = context.flag(FLAG.notLive);
     const first = timeline?.from_s ?? Math.min(end, 0);
     return { first, last: Math.max(timeline?.to_s ?? 0, past ? 0 : end, first + 0.001) };
   };
@@ -41,13 +41,13 @@ export function mountTimeline(desk: Desk, host: HTMLElement): void {
     const { first, last } = span();
     return Math.min(Math.max((time - first) / (last - first), 0), 1);
   };
-  const seek = seeker(desk);
+  const seek = seeker(context);
   const timeAt = (x: number) => {
     const box = bar.getBoundingClientRect();
     const { first, last } = span();
     return first + Math.min(Math.max((x - box.left) / box.width, 0), 1) * (last - first);
   };
-  const play = playback(desk, seek);
+  const play = playback(context, seek);
   const range = el("i", { class: "range" });
   bar.append(range);
   let rangeFrom: number | null = null;
@@ -77,7 +77,7 @@ export function mountTimeline(desk: Desk, host: HTMLElement): void {
     play.seek(Math.min(Math.max(wanted, first), last));
   });
 
-  const drawMarks = drawnMarks(desk, marks, span);
+  const drawMarks = drawnMarks(context, marks, span);
   const show = () => {
     const time = store.snapshot?.time ?? 0;
     const { first, last } = span();
@@ -89,7 +89,7 @@ export function mountTimeline(desk: Desk, host: HTMLElement): void {
     }
     setText(from, `${first.toFixed(1)} s`);
     setText(to, `${last.toFixed(1)} s`);
-    setText(now, shownTime(desk, time, last));
+    setText(now, shownTime(context, time, last));
     setAttr(bar, "aria-valuemin", first.toFixed(2));
     setAttr(bar, "aria-valuemax", last.toFixed(2));
     setAttr(bar, "aria-valuenow", time.toFixed(2));
@@ -97,11 +97,11 @@ export function mountTimeline(desk: Desk, host: HTMLElement): void {
   store.on("log", drawMarks);
   store.on("timeline", drawMarks);
   store.on("hello", drawMarks);
-  desk.pulse.add(host, show);
+  context.pulse.add(host, show);
   const legend = MARKS.map(([mark, about]) => el("span", {}, el("i", { "data-mark": mark }), about));
-  const lanes = mountLanes(desk, span);
+  const lanes = mountLanes(context, span);
   listen(lanes.root);
-  const live = el("div", { class: "row" }, liveButton(desk, () => play.seek(null)), lanes.fold, linkButton(desk));
+  const live = el("div", { class: "row" }, liveButton(context, () => play.seek(null)), lanes.fold, linkButton(context));
   host.replaceChildren(
     live,
     now,
@@ -115,9 +115,9 @@ export function mountTimeline(desk: Desk, host: HTMLElement): void {
   show();
 }
 
-function shownTime(desk: Desk, time: number, last: number): string {
-  if (!desk.flag(FLAG.notLive) || desk.store.hello?.live === false) return `${time.toFixed(2)} s`;
-  const { past, timeline } = desk.store;
+function shownTime(context: PanelContext, time: number, last: number): string {
+  if (!context.flag(FLAG.notLive) || context.store.hello?.live === false) return `${time.toFixed(2)} s`;
+  const { past, timeline } = context.store;
   const newest = timeline?.epochs.at(-1)?.epoch;
   // What came after the time that physics resumed at.
   if (past?.epoch != null && past.epoch !== newest) return `${time.toFixed(2)} s (before physics restarted)`;
@@ -125,29 +125,29 @@ function shownTime(desk: Desk, time: number, last: number): string {
 }
 
 /** Back to now; in a recording, play and pause. */
-function liveButton(desk: Desk, toNow: () => void): HTMLElement {
-  const replay = () => desk.store.hello?.live === false;
-  const away = () => desk.flag(FLAG.notLive) && !replay();
-  const node = button(desk, {
+function liveButton(context: PanelContext, toNow: () => void): HTMLElement {
+  const replay = () => context.store.hello?.live === false;
+  const away = () => context.flag(FLAG.notLive) && !replay();
+  const node = button(context, {
     icon: "dot",
     label: "Live",
     class: "live",
     about: () =>
-      replay() ? (desk.paused ? "Play the recording" : "Pause the recording") : away() ? "Back to what is now" : "You see what is now; drag along the bar to look back",
+      replay() ? (context.paused ? "Play the recording" : "Pause the recording") : away() ? "Back to what is now" : "You see what is now; drag along the bar to look back",
     twin: () => (replay() ? "robocell replay FILE" : null),
     run: () => {
       // Not around the playback: its next step would lead back into the past.
       if (!replay()) return toNow();
-      const time = desk.snapshot?.time ?? 0;
-      return desk.send({ do: "seek", time_s: time, play: desk.paused });
+      const time = context.snapshot?.time ?? 0;
+      return context.send({ do: "seek", time_s: time, play: context.paused });
     },
   });
   const name = node.querySelector("span");
-  desk.pulse.add(node, () => {
-    if (name !== null) setText(name, replay() ? (desk.paused ? "Play" : "Pause") : away() ? "Back to live" : "Live");
-    setIcon(node, replay() ? (desk.paused ? "play" : "pause") : "dot");
+  context.pulse.add(node, () => {
+    if (name !== null) setText(name, replay() ? (context.paused ? "Play" : "Pause") : away() ? "Back to live" : "Live");
+    setIcon(node, replay() ? (context.paused ? "play" : "pause") : "dot");
     const tone = replay() ? "info" : away() ? "warn" : "ok";
-    setAttr(node, "data-tone", desk.store.connected ? tone : null);
+    setAttr(node, "data-tone", context.store.connected ? tone : null);
   });
   return node;
 }

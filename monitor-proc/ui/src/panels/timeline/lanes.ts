@@ -1,6 +1,6 @@
 // What lasted from when to when, below the bar: task, phases, grips, processes.
 import type { Span } from "../../net/protocol";
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { el, setAttr } from "../dom";
 
 /** Narrower spans are not drawn (share of the width). */
@@ -20,8 +20,8 @@ interface Drawn {
   to_s: number;
 }
 
-export function mountLanes(desk: Desk, window: () => { first: number; last: number }): Lanes {
-  const { store } = desk;
+export function mountLanes(context: PanelContext, window: () => { first: number; last: number }): Lanes {
+  const { store } = context;
   const cursor = el("i", { class: "lane-cursor" });
   const tracks = el("div", {});
   const root = el("div", { class: "lanes", title: "Click to look at a moment" }, tracks, cursor);
@@ -52,7 +52,7 @@ export function mountLanes(desk: Desk, window: () => { first: number; last: numb
     tracks.replaceChildren(...nodes);
   };
   let drawnAt = 0;
-  desk.pulse.add(root, () => {
+  context.pulse.add(root, () => {
     const { first, last } = window();
     const time = store.snapshot?.time ?? 0;
     cursor.style.left = `${(100 * (time - first)) / (last - first)}%`;

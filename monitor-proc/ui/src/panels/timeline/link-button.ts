@@ -1,29 +1,29 @@
 // A link to the moment that is shown.
 import { FLAG } from "../../net/snapshot";
 import { button } from "../button";
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 
 /** The page's address with the moment that is shown, and nothing secret. */
-function linkOf(desk: Desk): string {
+function linkOf(context: PanelContext): string {
   const link = new URL(location.href);
   link.search = "";
   const keys = new URLSearchParams(link.hash.slice(1));
-  const epoch = desk.store.past?.epoch;
-  keys.set("t", `${(desk.snapshot?.time ?? 0).toFixed(3)}${epoch == null ? "" : `@${epoch}`}`);
+  const epoch = context.store.past?.epoch;
+  keys.set("t", `${(context.snapshot?.time ?? 0).toFixed(3)}${epoch == null ? "" : `@${epoch}`}`);
   link.hash = keys.toString();
   return link.toString();
 }
 
-export function linkButton(desk: Desk): HTMLElement {
-  return button(desk, {
+export function linkButton(context: PanelContext): HTMLElement {
+  return button(context, {
     icon: "link",
     class: "icon-only quiet",
-    about: () => (desk.flag(FLAG.notLive) ? "Copy a link to this moment" : "Copy a link to now, for when it is past"),
+    about: () => (context.flag(FLAG.notLive) ? "Copy a link to this moment" : "Copy a link to now, for when it is past"),
     twin: () => null,
     run: async () => {
-      const link = linkOf(desk);
+      const link = linkOf(context);
       const copied = await navigator.clipboard?.writeText(link).then(() => true, () => false);
-      desk.say(copied === true ? `Copied ${link}` : link);
+      context.notify(copied === true ? `Copied ${link}` : link);
     },
   });
 }

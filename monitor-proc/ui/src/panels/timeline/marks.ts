@@ -1,6 +1,6 @@
 // Marks on the bar for what happened; one of incidents opens them.
 import type { LogLine } from "../../net/protocol";
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { el } from "../dom";
 import { openIncident } from "../incident/index";
 
@@ -21,8 +21,8 @@ interface Mark {
 }
 
 /** Draws the marks of the log into `host`; to be called when they may have changed. */
-export function drawnMarks(desk: Desk, host: HTMLElement, span: () => { first: number; last: number }): () => void {
-  const { store } = desk;
+export function drawnMarks(context: PanelContext, host: HTMLElement, span: () => { first: number; last: number }): () => void {
+  const { store } = context;
   let nodes = new Map<string, HTMLElement>();
   return () => {
     const { first, last } = span();
@@ -31,7 +31,7 @@ export function drawnMarks(desk: Desk, host: HTMLElement, span: () => { first: n
     const fits = (line: LogLine) => at(line) >= first && at(line) <= last && (isFailure(line) || store.isCurrent(line));
     const seen = store.log.filter((line) => line.mark !== null && fits(line)).map((line) => ({ line, at_s: at(line) }));
     const apart_s = (APART_PX / Math.max(host.clientWidth, 1)) * (last - first);
-    const marks = [...seen.filter(({ line }) => line.incident === undefined).map(plain), ...incidents(desk, seen, apart_s)];
+    const marks = [...seen.filter(({ line }) => line.incident === undefined).map(plain), ...incidents(context, seen, apart_s)];
     const shown = new Map(marks.map((mark) => [mark.key, nodes.get(mark.key) ?? mark.make()]));
     for (const { key, time_s } of marks) {
       const node = shown.get(key);
@@ -63,7 +63,7 @@ function plain({ line, at_s }: Seen): Mark {
 }
 
 /** Incidents, those of one moment together. */
-function incidents(desk: Desk, seen: Seen[], apart_s: number): Mark[] {
+function incidents(context: PanelContext, seen: Seen[], apart_s: number): Mark[] {
   const groups: Seen[][] = [];
   const found = seen.filter(({ line }) => line.incident !== undefined);
   for (const one of found.sort((a, b) => (a.line.incident ?? 0) - (b.line.incident ?? 0))) {
@@ -75,11 +75,11 @@ function incidents(desk: Desk, seen: Seen[], apart_s: number): Mark[] {
     // Failures within a second are one incident and may still be apart on the bar.
     key: `incident ${group.map(({ line }) => told(line)).join(" ")}`,
     time_s: group[0]?.at_s ?? 0,
-    make: () => opener(desk, group.map(({ line }) => line)),
+    make: () => opener(context, group.map(({ line }) => line)),
   }));
 }
 
-function opener(desk: Desk, lines: LogLine[]): HTMLElement {
+function opener(context: PanelContext, lines: LogLine[]): HTMLElement {
   const about = { "data-mark": "incident", title: lines.map(told).join("\n"), "aria-label": lines.map(({ text }) => text).join("; ") };
   const count = new Set(lines.map((line) => line.incident)).size;
   const node = el("button", { type: "button", ...about }, count > 1 ? `${count}` : "");
@@ -87,7 +87,7 @@ function opener(desk: Desk, lines: LogLine[]): HTMLElement {
   node.addEventListener("pointerdown", (event) => event.stopPropagation());
   node.addEventListener("keydown", (event) => event.stopPropagation());
   const number = lines[0]?.incident;
-  if (number !== undefined) node.addEventListener("click", () => void openIncident(desk, number));
+  if (number !== undefined) node.addEventListener("click", () => void openIncident(context, number));
   return node;
 }
 

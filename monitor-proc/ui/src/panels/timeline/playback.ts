@@ -1,7 +1,7 @@
 // Plays the past of a live cell at any speed, and loops over a range.
 import { FLAG } from "../../net/snapshot";
 import { button, setIcon } from "../button";
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { el, setAttr, setOptions, setText } from "../dom";
 import type { Seek } from "./seeker";
 
@@ -19,8 +19,8 @@ export interface Playback {
   seek(time: number | null): void;
 }
 
-export function playback(desk: Desk, look: Seek): Playback {
-  const { store } = desk;
+export function playback(context: PanelContext, look: Seek): Playback {
+  const { store } = context;
   let range: [number, number] | null = null;
   let loops = false;
   /** Simulated and wall-clock time of the last step, while it plays. */
@@ -32,8 +32,8 @@ export function playback(desk: Desk, look: Seek): Playback {
   const begin = () => (loops && range !== null ? range[0] : (store.timeline?.from_s ?? 0));
   const step = () => {
     if (isReplay()) {
-      const time = desk.snapshot?.time ?? 0;
-      if (loops && !desk.paused && (time >= end() - 0.02 || time < begin())) void desk.send({ do: "seek", time_s: begin(), play: true });
+      const time = context.snapshot?.time ?? 0;
+      if (loops && !context.paused && (time >= end() - 0.02 || time < begin())) void context.send({ do: "seek", time_s: begin(), play: true });
       return;
     }
     if (at === null) return;
@@ -51,14 +51,14 @@ export function playback(desk: Desk, look: Seek): Playback {
   store.on("moment", (past) => {
     if (past === null) at = null;
   });
-  const play = button(desk, {
+  const play = button(context, {
     icon: "play",
     label: "Play",
     name: () => (at === null ? "Play" : "Pause"),
     about: () => (at === null ? "Play the past from here" : "Pause the past"),
     twin: () => null,
     run: () => {
-      const time = desk.snapshot?.time ?? begin();
+      const time = context.snapshot?.time ?? begin();
       at = at === null ? { time: time >= end() - LEAST_S || time < begin() ? begin() : time, wall: performance.now() } : null;
     },
   });
@@ -71,8 +71,8 @@ export function playback(desk: Desk, look: Seek): Playback {
     range = null;
   });
   const root = el("div", { class: "row playback", role: "group", "aria-label": "Playback of the past" }, play, speed, loop, clear);
-  desk.pulse.add(null, () => {
-    root.hidden = !desk.flag(FLAG.notLive) && !isReplay();
+  context.pulse.add(null, () => {
+    root.hidden = !context.flag(FLAG.notLive) && !isReplay();
     // A recording has these two in the bar on top.
     play.hidden = isReplay();
     speed.hidden = isReplay();

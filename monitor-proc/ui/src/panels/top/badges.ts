@@ -1,8 +1,8 @@
 // How the run stands: real time, recorder, connection, and who we are.
 import { FLAG } from "../../net/snapshot";
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { el, setAttr, setText, setTitle } from "../dom";
-import { recordBadge } from "./record";
+import { recordingBadge } from "./recording";
 import { roleBadge } from "./role";
 
 const RT = {
@@ -11,13 +11,13 @@ const RT = {
   lockstep: ["lockstep", "info", "Lockstep: every cycle waits for the one before; no clock is involved"],
 } as const;
 
-export function badges(desk: Desk): HTMLElement {
-  const { store } = desk;
+export function badges(context: PanelContext): HTMLElement {
+  const { store } = context;
   const rt = el("span", { class: "badge" }, "RT");
   const link = el("span", { class: "badge", role: "status" }, "offline");
 
   const showRt = () => {
-    const kind = desk.flag(FLAG.lockstep) ? "lockstep" : store.status?.rt;
+    const kind = context.flag(FLAG.lockstep) ? "lockstep" : store.status?.rt;
     if (kind === undefined) return;
     const [name, tone, about] = RT[kind];
     setText(rt, name);
@@ -26,7 +26,7 @@ export function badges(desk: Desk): HTMLElement {
   };
   const showLink = () => {
     const replay = store.hello?.live === false;
-    const past = desk.flag(FLAG.notLive) && !replay;
+    const past = context.flag(FLAG.notLive) && !replay;
     const name = !store.connected ? "offline" : replay ? "replay" : past ? "past" : "live";
     setText(link, name);
     setAttr(link, "data-tone", name === "live" ? "ok" : name === "offline" ? "bad" : "info");
@@ -40,10 +40,10 @@ export function badges(desk: Desk): HTMLElement {
     document.body.classList.toggle("offline", !store.connected);
     document.body.classList.toggle("past", past);
   };
-  desk.pulse.add(null, () => {
+  context.pulse.add(null, () => {
     showRt();
     showLink();
   });
   store.on("connection", showLink);
-  return el("div", { class: "group badges" }, rt, recordBadge(desk), link, roleBadge(desk));
+  return el("div", { class: "group badges" }, rt, recordingBadge(context), link, roleBadge(context));
 }

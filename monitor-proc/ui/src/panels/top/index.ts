@@ -2,18 +2,18 @@
 import { FLAG } from "../../net/snapshot";
 import type { Actions } from "../actions";
 import { button, setIcon } from "../button";
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { el, setAttr, setText, setTitle } from "../dom";
 import { drawerButtons } from "../drawers";
 import { badges } from "./badges";
 import { sceneForm } from "./scene-form";
 
-export function mountTop(desk: Desk, host: HTMLElement, act: Actions, steps: HTMLInputElement, help: () => void): void {
+export function mountTop(context: PanelContext, host: HTMLElement, act: Actions, steps: HTMLInputElement, help: () => void): void {
   const clock = el("output", { class: "clock", title: "Simulated time" }, "–");
   const factor = el("output", { class: "factor", title: "Simulated seconds per second" }, "–");
   const cause = el("span", { class: "cause dim" });
-  const play = button(desk, act.playPause);
-  const helpButton = button(desk, {
+  const play = button(context, act.playPause);
+  const helpButton = button(context, {
     label: "?",
     class: "icon-only",
     about: () => "Keys and commands",
@@ -24,41 +24,41 @@ export function mountTop(desk: Desk, host: HTMLElement, act: Actions, steps: HTM
   host.replaceChildren(
     el("h1", { class: "brand" }, "robocell"),
     drawerButtons(),
-    sceneForm(desk),
+    sceneForm(context),
     el(
       "div",
       { class: "group transport", role: "group", "aria-label": "Clock" },
       play,
-      button(desk, act.stop),
-      button(desk, act.step),
+      button(context, act.stop),
+      button(context, act.step),
       el("label", { class: "steps-field dim" }, steps, "ms"),
-      button(desk, act.reset),
+      button(context, act.reset),
     ),
     el("div", { class: "group time" }, clock, factor, cause),
     el("div", { class: "spacer" }),
-    badges(desk),
+    badges(context),
     helpButton,
   );
-  desk.pulse.add(null, () => {
-    const { snapshot } = desk;
-    setIcon(play, desk.paused || !snapshot ? "play" : "pause");
-    play.classList.toggle("primary", desk.paused);
+  context.pulse.add(null, () => {
+    const { snapshot } = context;
+    setIcon(play, context.paused || !snapshot ? "play" : "pause");
+    play.classList.toggle("primary", context.paused);
     if (!snapshot) return;
     setText(clock, `${snapshot.time.toFixed(2)} s`);
     setTitle(clock, `Simulated time; tick ${snapshot.tick}`);
-    const still = desk.paused;
+    const still = context.paused;
     setText(factor, still ? "paused" : `× ${snapshot.realTimeFactor.toFixed(2)}`);
-    setTitle(factor, still ? pausedWhy(desk) : "Simulated seconds per second");
-    setText(cause, still ? pausedWhy(desk) : "");
-    const slow = !still && !desk.flag(FLAG.lockstep) && snapshot.realTimeFactor < 0.95;
+    setTitle(factor, still ? pausedWhy(context) : "Simulated seconds per second");
+    setText(cause, still ? pausedWhy(context) : "");
+    const slow = !still && !context.flag(FLAG.lockstep) && snapshot.realTimeFactor < 0.95;
     factor.classList.toggle("amber", slow);
   });
 }
 
 /** Why simulated time does not advance. */
-function pausedWhy(desk: Desk): string {
-  if (desk.store.hello?.live === false) return "";
-  const { status } = desk.store;
+function pausedWhy(context: PanelContext): string {
+  if (context.store.hello?.live === false) return "";
+  const { status } = context.store;
   const causes = {
     start: "set up; Play starts it",
     operator: "by an operator",

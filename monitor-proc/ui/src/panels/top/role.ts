@@ -1,9 +1,9 @@
 // Operator or viewer, and how a viewer becomes an operator.
-import type { Desk } from "../desk";
+import type { PanelContext } from "../context";
 import { el, setAttr, setText, setTitle } from "../dom";
 import { popover } from "../popover";
 
-export function roleBadge(desk: Desk): HTMLElement {
+export function roleBadge(context: PanelContext): HTMLElement {
   const badge = el("button", { type: "button", class: "badge role" }, "–");
   const token = el("input", {
     type: "password",
@@ -22,11 +22,11 @@ export function roleBadge(desk: Desk): HTMLElement {
   popover(badge, sheet);
   form.addEventListener("submit", (event) => {
     event.preventDefault();
-    void present(desk, token.value.trim());
+    void present(context, token.value.trim());
     token.value = "";
   });
   const show = () => {
-    const role = desk.store.hello?.role;
+    const role = context.store.hello?.role;
     setText(badge, role ?? "–");
     setAttr(badge, "data-tone", role === undefined ? null : role === "operator" ? "ok" : "warn");
     setTitle(
@@ -36,12 +36,12 @@ export function roleBadge(desk: Desk): HTMLElement {
         : "You may look only; click to present the operator's token",
     );
   };
-  desk.store.on("hello", show);
+  context.store.on("hello", show);
   show();
   return el("span", { class: "with-popover" }, badge, sheet);
 }
 
-async function present(desk: Desk, token: string): Promise<void> {
+async function present(context: PanelContext, token: string): Promise<void> {
   try {
     const answer = await fetch("/api/token", {
       method: "POST",
@@ -50,8 +50,8 @@ async function present(desk: Desk, token: string): Promise<void> {
     });
     // The socket keeps the role it was opened with.
     if (answer.ok) location.reload();
-    else desk.say(answer.status === 403 ? "that is not the operator's token" : `refused (${answer.status})`, true);
+    else context.notify(answer.status === 403 ? "that is not the operator's token" : `refused (${answer.status})`, true);
   } catch {
-    desk.say("the monitor does not answer", true);
+    context.notify("the monitor does not answer", true);
   }
 }

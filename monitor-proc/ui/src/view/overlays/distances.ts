@@ -38,7 +38,7 @@ export class Distances implements Overlay {
         this.lines.add(gap.from, gap.to);
         const middle = gap.from.clone().lerp(gap.to, 0.5);
         const text = `${(1000 * gap.length).toFixed(0)} mm`;
-        labels.say(`distance ${arm} ${name}`, text, middle, "number");
+        labels.show(`distance ${arm} ${name}`, text, middle, "number");
       }
     });
   }

@@ -52,7 +52,7 @@ export class Forces implements Overlay {
       const { at, force, on } = oriented(contact);
       const tip = this.arrow(at, force);
       if (index >= WRITTEN) continue;
-      labels.say(`force ${index}`, `${force.length().toFixed(1)} N on ${nameOf(cell.scene, on)}`, tip, "force");
+      labels.show(`force ${index}`, `${force.length().toFixed(1)} N on ${nameOf(cell.scene, on)}`, tip, "force");
     }
     if (shown.length > 0) this.legend(cell, labels);
     this.heads.count = this.drawn;
@@ -69,15 +69,15 @@ export class Forces implements Overlay {
     const base = cell.robots[0]?.root.position;
     if (base === undefined) return;
     const at = base.clone().add(new Vector3(0, -LEGEND_BESIDE_M, 0));
-    labels.say("force legend", `${LEGEND_N} N`, this.arrow(at, new Vector3(0, 0, LEGEND_N)), "force");
+    labels.show("force legend", `${LEGEND_N} N`, this.arrow(at, new Vector3(0, 0, LEGEND_N)), "force");
   }
 
   /** Draws an arrow; where its tip is. */
   private arrow(at: Vector3, force: Vector3): Vector3 {
-    const way = force.clone().normalize();
-    const tip = at.clone().addScaledVector(way, lengthOf(force.length()));
+    const direction = force.clone().normalize();
+    const tip = at.clone().addScaledVector(direction, lengthOf(force.length()));
     this.shafts.add(at, tip);
-    const turn = new Quaternion().setFromUnitVectors(UP, way);
+    const turn = new Quaternion().setFromUnitVectors(UP, direction);
     this.heads.setMatrixAt(this.drawn, new Matrix4().compose(tip, turn, new Vector3(1, 1, 1)));
     this.drawn += 1;
     return tip;

@@ -18,12 +18,12 @@ export class Names implements Overlay {
       if (!group.visible) continue;
       at.copy(group.position);
       at.z += halfHeight(shape);
-      labels.say(`name ${name}`, name, at);
+      labels.show(`name ${name}`, name, at);
     }
     for (const robot of cell.robots) {
       at.copy(robot.root.position);
       at.z += ABOVE_ARM_M;
-      labels.say(`arm ${robot.spec.name}`, robot.spec.name, at);
+      labels.show(`arm ${robot.spec.name}`, robot.spec.name, at);
     }
   }
 

@@ -97,7 +97,7 @@ export class Drag {
     event.preventDefault();
     const refusal = this.refusal();
     if (refusal !== null) {
-      this.store.tell("notice", { text: refusal, bad: true });
+      this.store.emit("notice", { text: refusal, bad: true });
       return;
     }
     const facing = this.camera.lens.getWorldDirection(new Vector3()).negate();

@@ -26,8 +26,8 @@ function leads(axis: string, mode: string): string {
     if (names.length === 1) return `Drag turns the tool about its ${names} axis; T: move it`;
     return `Drag turns the tool ${axis === "E" ? "about the line of sight" : "freely"}; T: move it`;
   }
-  const way = { 1: `along ${names}`, 2: `in the plane ${names}` }[names.length] ?? "in the plane of the picture";
-  return `Drag leads the tool ${way}; E: turn it`;
+  const direction = { 1: `along ${names}`, 2: `in the plane ${names}` }[names.length] ?? "in the plane of the picture";
+  return `Drag leads the tool ${direction}; E: turn it`;
 }
 
 const AXES: Record<string, Vector3 | undefined> = {

@@ -34,7 +34,7 @@ export class Hints {
   private leave(): void {
     clearTimeout(this.timer);
     this.timer = 0;
-    this.say(null);
+    this.show(null);
   }
 
   private look(at: [number, number]): void {
@@ -42,11 +42,11 @@ export class Hints {
     if (this.timer !== 0) return;
     this.timer = window.setTimeout(() => {
       this.timer = 0;
-      if (this.at !== null) this.say(this.words(...this.at));
+      if (this.at !== null) this.show(this.words(...this.at));
     }, PERIOD_MS);
   }
 
-  private say(text: string | null): void {
+  private show(text: string | null): void {
     this.line.hidden = text === null;
     if (text !== null && this.line.textContent !== text) this.line.textContent = text;
   }

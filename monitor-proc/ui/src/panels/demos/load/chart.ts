@@ -1,7 +1,7 @@
 // The load of a suction cup over time, against the limit at which its grip breaks.
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
-import type { Desk } from "../../desk";
+import type { PanelContext } from "../../context";
 import { el, setText } from "../../dom";
 import { ticks } from "../../ticks";
 import { LoadHistory } from "./history";
@@ -22,9 +22,9 @@ export interface LoadChart {
 }
 
 /** For the first arm. */
-export function loadChart(desk: Desk): LoadChart {
-  const history = new LoadHistory(desk.store, 0);
-  const limit_n = desk.store.scene?.arms[0]?.gripper?.force_limit_n ?? 0;
+export function loadChart(context: PanelContext): LoadChart {
+  const history = new LoadHistory(context.store, 0);
+  const limit_n = context.store.scene?.arms[0]?.gripper?.force_limit_n ?? 0;
   const area = el("div", { class: "load-area", role: "img" });
   const words = el("p", { class: "dim" });
   const legend = el("p", { class: "dim load-legend" }, key(LOAD), "load (% of the limit of force or torque)", key(FORCE), "force (N)", key(LIMIT), "grip broke");
@@ -35,7 +35,7 @@ export function loadChart(desk: Desk): LoadChart {
   const root = el("div", { class: "load-chart" }, el("h3", {}, "Load over time"), area, legend, words);
   // For browser tests.
   Object.assign(root, { load: { data: () => chart.data, breaks: () => history.breaks.length, cursor: () => history.cursor } });
-  desk.pulse.add(root, () => {
+  context.pulse.add(root, () => {
     history.follow();
     const { samples } = history;
     chart.setData([

@@ -1,6 +1,6 @@
 // Which breakpoints there are, and what can be done where one was reached.
 import { button } from "../../button";
-import type { Desk } from "../../desk";
+import type { PanelContext } from "../../context";
 import { el, setText } from "../../dom";
 import { breakRefusal, breaksOf, breakTwin, reached, toggleBreak } from "./state";
 
@@ -9,58 +9,58 @@ const DECISION_TICKS = 10;
 /** So many statuses in a row of a cell that is not paused: it was resumed, no step runs. */
 const AT_WORK = 2;
 
-function ticksToDecision(desk: Desk): number {
-  const tick = desk.snapshot?.tick ?? 0;
+function ticksToDecision(context: PanelContext): number {
+  const tick = context.snapshot?.tick ?? 0;
   return DECISION_TICKS - (tick % DECISION_TICKS);
 }
 
 /** What paused the cell, and the ways on; hidden while no breakpoint was reached. */
-export function breakBanner(desk: Desk): HTMLElement {
+export function breakBanner(context: PanelContext): HTMLElement {
   const words = el("span", { role: "status" });
-  const proceed = button(desk, {
+  const proceed = button(context, {
     label: "Continue",
     class: "small",
     about: () => "Resume simulated time, up to the next breakpoint",
     twin: () => "robocell resume",
-    why: () => desk.cellRefusal(),
-    run: () => desk.send({ do: "resume" }),
+    why: () => context.cellRefusal(),
+    run: () => context.send({ do: "resume" }),
   });
-  const next = button(desk, {
+  const next = button(context, {
     label: "Next decision",
     class: "small",
     about: () => "Run up to the next decision of the task, then pause",
-    twin: () => `robocell step ${ticksToDecision(desk)}`,
-    why: () => desk.cellRefusal(),
-    run: () => desk.send({ do: "step", count: ticksToDecision(desk) }),
+    twin: () => `robocell step ${ticksToDecision(context)}`,
+    why: () => context.cellRefusal(),
+    run: () => context.send({ do: "step", count: ticksToDecision(context) }),
   });
   const root = el("div", { class: "break-banner row" }, words, proceed, next);
   // A step from a breakpoint on is still the debugging of it, also while it runs.
   let running = AT_WORK;
   const show = () => {
-    const name = reached(desk.store);
-    running = name !== null ? 0 : desk.paused ? running : running + 1;
+    const name = reached(context.store);
+    running = name !== null ? 0 : context.paused ? running : running + 1;
     root.hidden = running >= AT_WORK;
     setText(words, root.hidden ? "" : name === null ? "The step is done" : `At breakpoint ${name}`);
   };
-  desk.store.on("status", show);
+  context.store.on("status", show);
   show();
   return root;
 }
 
 /** All breakpoints with buttons that remove them; hidden while there are none. */
-export function breakList(desk: Desk): HTMLElement {
+export function breakList(context: PanelContext): HTMLElement {
   const list = el("ul", { class: "break-list", "aria-label": "Breakpoints" });
   const root = el("div", { class: "breaks row" }, el("span", { class: "dim" }, "Breakpoints"), list);
   let shown = "";
   let rows = new Map<string, HTMLElement>();
   const show = () => {
-    const breaks = [...(breaksOf(desk.store) ?? [])];
+    const breaks = [...(breaksOf(context.store) ?? [])];
     root.hidden = breaks.length === 0;
     const now = JSON.stringify(breaks);
     if (now === shown) return;
     shown = now;
     if (rows.size !== breaks.length || breaks.some(([name]) => !rows.has(name))) {
-      rows = new Map(breaks.map(([name]) => [name, rows.get(name) ?? listed(desk, name)]));
+      rows = new Map(breaks.map(([name]) => [name, rows.get(name) ?? listed(context, name)]));
       list.replaceChildren(...rows.values());
     }
     for (const [name, hits] of breaks) {
@@ -68,19 +68,19 @@ export function breakList(desk: Desk): HTMLElement {
       if (count != null) setText(count, hits === 0 ? "" : `× ${hits}`);
     }
   };
-  desk.store.on("status", show);
+  context.store.on("status", show);
   show();
   return root;
 }
 
-function listed(desk: Desk, name: string): HTMLElement {
-  const remove = button(desk, {
+function listed(context: PanelContext, name: string): HTMLElement {
+  const remove = button(context, {
     icon: "close",
     class: "icon-only quiet",
     about: () => `Remove the breakpoint at ${name}`,
-    twin: () => breakTwin(desk, name),
-    why: () => breakRefusal(desk),
-    run: () => toggleBreak(desk, name),
+    twin: () => breakTwin(context, name),
+    why: () => breakRefusal(context),
+    run: () => toggleBreak(context, name),
   });
   return el("li", {}, el("i", { class: "break-mark" }), el("code", {}, name), el("span", { class: "hits dim num", title: "How often it was reached" }), remove);
 }

@@ -1,6 +1,6 @@
 // Breakpoints of the cell: all its pages see the same ones.
 import type { Store } from "../../../net/store";
-import type { Desk } from "../../desk";
+import type { PanelContext } from "../../context";
 
 /** Breakpoints by name; null where there is no cell that could have some. */
 export function breaksOf({ status, hello }: Store): Map<string, number> | null {
@@ -14,26 +14,26 @@ export function reached({ status }: Store): string | null {
 }
 
 /** Why no breakpoint can be set or removed now, or null. */
-export function breakRefusal(desk: Desk): string | null {
-  if (breaksOf(desk.store) === null) return "there is no cell to pause";
-  return desk.cellRefusal();
+export function breakRefusal(context: PanelContext): string | null {
+  if (breaksOf(context.store) === null) return "there is no cell to pause";
+  return context.cellRefusal();
 }
 
 /** The same on the command line. */
-export function breakTwin(desk: Desk, name: string): string {
-  const on = breaksOf(desk.store)?.has(name) !== true;
+export function breakTwin(context: PanelContext, name: string): string {
+  const on = breaksOf(context.store)?.has(name) !== true;
   // A name of a shell's own characters would be something else there.
   const word = /^[\w.-]+$/.test(name) ? name : `'${name.replaceAll("'", "'\\''")}'`;
   return `robocell break ${on ? "" : "--remove "}${word}`;
 }
 
 /** Sets the breakpoint `name`, or removes it. */
-export function toggleBreak(desk: Desk, name: string): void {
-  const reason = breakRefusal(desk);
+export function toggleBreak(context: PanelContext, name: string): void {
+  const reason = breakRefusal(context);
   if (reason !== null) {
-    desk.say(`not now: ${reason}`);
+    context.notify(`not now: ${reason}`);
     return;
   }
-  const on = breaksOf(desk.store)?.has(name) !== true;
-  void desk.send({ do: "break", name, on });
+  const on = breaksOf(context.store)?.has(name) !== true;
+  void context.send({ do: "break", name, on });
 }

@@ -55,7 +55,7 @@ export class Finder {
     const graph = this.graph();
     this.all = graph === undefined ? [] : matches(graph, this.field.value);
     this.view()?.mark(new Set(this.all));
-    this.tell();
+    this.showResult();
   }
 
   private step(by: number): void {
@@ -63,7 +63,7 @@ export class Finder {
     if (length === 0) return;
     this.at = this.at < 0 && by < 0 ? length - 1 : (this.at + by + length) % length;
     this.view()?.select(this.all[this.at] ?? 0);
-    this.tell();
+    this.showResult();
   }
 
   private clear(): void {
@@ -72,7 +72,7 @@ export class Finder {
     this.refresh();
   }
 
-  private tell(): void {
+  private showResult(): void {
     const { length } = this.all;
     const none = this.field.value.trim() === "";
     setText(this.count, none ? "" : this.at < 0 ? `${length}` : `${this.at + 1}/${length}`);

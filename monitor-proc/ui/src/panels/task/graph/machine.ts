@@ -12,7 +12,7 @@ import { Viewport } from "./viewport";
 
 export function machineView(place: Place): GraphView {
   const drawing = new MachineDrawing(place);
-  const table = liveTable(place.desk.store, place.at, place.graph);
+  const table = liveTable(place.context.store, place.at, place.graph);
   const below = el("div", { class: "table-box scroll", tabindex: 0, role: "region", "aria-label": `Table of ${place.graph.name}` }, table.root);
   const shown = { graph: [drawing.root], table: [below] }[machineMode.name] ?? [drawing.root, below];
   return {
@@ -54,10 +54,10 @@ class MachineDrawing {
   }
 
   show(): void {
-    const { desk, at, graph } = this.place;
-    const letters = desk.store.letters[at] ?? "";
+    const { context, at, graph } = this.place;
+    const letters = context.store.letters[at] ?? "";
     for (const [index, node] of this.nodes.entries()) node.dataset.status = letters[index] ?? "I";
-    const last = desk.store.edges[at];
+    const last = context.store.edges[at];
     const { edges } = this.laid;
     const named = edges.findIndex((edge) => edge.from === last?.from && edge.to === last.to && edge.label === last.label);
     // All ways of a matrix from one state to another are one line.
@@ -81,7 +81,7 @@ class MachineDrawing {
   }
 
   private node(index: number): SVGGElement {
-    const { graph, desk, onNode } = this.place;
+    const { graph, context, onNode } = this.place;
     const box = this.laid.nodes[index] ?? { x: 0, y: 0, width: 0, height: 0 };
     const isBox = this.laid.holds[index] === true;
     const name = graph.nodes[index]?.name ?? "";
@@ -92,7 +92,7 @@ class MachineDrawing {
       svg("title", {}, aboutNode(graph, index)),
       svg("rect", { x: left, y: top, width: box.width, height: box.height, rx: 6 }),
       svg("text", { x: box.x, y: isBox ? top + 12 : box.y + 4 }, name),
-      breakSpot(desk, name, left + 8, isBox ? top + 9 : box.y),
+      breakSpot(context, name, left + 8, isBox ? top + 9 : box.y),
     );
     const choose = () => {
       this.choose(index);
@@ -102,7 +102,7 @@ class MachineDrawing {
     node.addEventListener("keydown", (event) => {
       if (event.ctrlKey || event.metaKey || event.altKey) return;
       if (event.key === "Enter") choose();
-      else if (event.key === "b") toggleBreak(desk, name);
+      else if (event.key === "b") toggleBreak(context, name);
       else return;
       event.preventDefault();
       event.stopPropagation();

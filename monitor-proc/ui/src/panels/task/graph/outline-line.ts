@@ -19,7 +19,7 @@ export class Line {
   private since: number | null = null;
 
   constructor(place: Place, shape: Shape, index: number) {
-    const { desk, graph } = place;
+    const { context, graph } = place;
     const { name = "?", kind = "" } = graph.nodes[index] ?? {};
     const sign = signOf(kind);
     const tellsKind = kind.toLowerCase() !== name.toLowerCase() && sign === "";
@@ -28,7 +28,7 @@ export class Line {
     this.row = el(
       "div",
       { class: "tree-node", role: "treeitem", tabindex: -1, "aria-level": depth + 1, title: aboutNode(graph, index) },
-      place.name === "beside" ? null : breakDot(desk, name, -1),
+      place.name === "beside" ? null : breakDot(context, name, -1),
       el("span", { class: isParent ? "chevron" : "chevron none", "aria-hidden": "true" }),
       this.mark,
       el("span", { class: "sign" }, sign),

@@ -16,7 +16,7 @@ export class Outline implements GraphView {
   private deepest = -1;
 
   constructor(private readonly place: Place) {
-    const { desk, graph } = place;
+    const { context, graph } = place;
     this.root = el("div", { class: "tree", role: "tree", "aria-label": `The tree ${graph.name}` });
     this.shape = shapeOf(graph);
     this.folds = foldsOf(keyOf(place));
@@ -24,8 +24,8 @@ export class Outline implements GraphView {
     this.root.append(...this.lines.map(({ row }) => row));
     this.listen();
     if (place.name !== "beside") {
-      desk.pulse.add(this.root, () => {
-        const now = desk.snapshot?.time ?? 0;
+      context.pulse.add(this.root, () => {
+        const now = context.snapshot?.time ?? 0;
         for (const line of this.lines) line.tellTime(now);
       });
     }
@@ -34,7 +34,7 @@ export class Outline implements GraphView {
   }
 
   show(): void {
-    const { store } = this.place.desk;
+    const { store } = this.place.context;
     const letters = store.letters[this.place.at] ?? "";
     this.deepest = letters.lastIndexOf("R");
     for (const [index, line] of this.lines.entries()) line.show(letters[index] ?? "I", store.snapshot?.time ?? null);
@@ -102,9 +102,9 @@ export class Outline implements GraphView {
   }
 
   private tellInside(): void {
-    const { desk, at, graph } = this.place;
+    const { context, at, graph } = this.place;
     for (const [index, line] of this.lines.entries()) {
-      const runs = this.isShut(index) ? runningBelow(this.shape, desk.store.letters[at] ?? "", index) : null;
+      const runs = this.isShut(index) ? runningBelow(this.shape, context.store.letters[at] ?? "", index) : null;
       line.tellInside(runs === null ? null : (graph.nodes[runs]?.name ?? ""));
     }
   }
@@ -148,7 +148,7 @@ export class Outline implements GraphView {
         else this.choose(this.shape.parents[chosen] ?? chosen, true);
       },
       Enter: () => this.place.onNode(chosen),
-      b: () => toggleBreak(this.place.desk, this.place.graph.nodes[chosen]?.name ?? ""),
+      b: () => toggleBreak(this.place.context, this.place.graph.nodes[chosen]?.name ?? ""),
     };
     keys[key]?.();
     return key in keys;

@@ -1,5 +1,5 @@
 // The place of the graph: a tree or a machine with its tools, in the panel or large.
-import type { Desk } from "../../desk";
+import type { PanelContext } from "../../context";
 import { el, setAttr } from "../../dom";
 import { icon } from "../../icons";
 import type { GraphChoice } from "../choice";
@@ -28,14 +28,14 @@ class Pane {
   private readonly strip: Strip;
 
   constructor(
-    private readonly desk: Desk,
+    private readonly context: PanelContext,
     private readonly index: () => number,
     private readonly name: Place["name"],
     private readonly onNode: (node: number) => void,
     extra: HTMLElement[],
   ) {
-    this.finder = new Finder(() => desk.store.graphs[index()], () => this.view);
-    this.strip = stateStrip(desk);
+    this.finder = new Finder(() => context.store.graphs[index()], () => this.view);
+    this.strip = stateStrip(context);
     this.tools.append(this.finder.field, this.finder.count, this.tree, this.machine, el("span", { class: "spacer" }), ...extra);
   }
 
@@ -47,7 +47,7 @@ class Pane {
   listen(root: HTMLElement, draw: () => void): () => void {
     const off = [
       this.finder.listen(root),
-      this.desk.store.on("lanes", () => this.strip.show()),
+      this.context.store.on("lanes", () => this.strip.show()),
       treeMode.on(draw),
       machineMode.on(draw),
     ];
@@ -55,10 +55,10 @@ class Pane {
   }
 
   draw(empty: HTMLElement): void {
-    const { desk, name, onNode } = this;
+    const { context, name, onNode } = this;
     const at = this.index();
-    const graph = desk.store.graphs[at];
-    this.view = graph === undefined ? null : makeView({ desk, at, graph, name, onNode });
+    const graph = context.store.graphs[at];
+    this.view = graph === undefined ? null : makeView({ context, at, graph, name, onNode });
     this.body.replaceChildren(this.view?.root ?? empty);
     this.tools.hidden = this.view === null;
     const isTree = graph?.kind === "tree";
@@ -70,13 +70,13 @@ class Pane {
   }
 }
 
-export function graphPane(desk: Desk, choice: GraphChoice, onNode: (node: number) => void): HTMLElement {
+export function graphPane(context: PanelContext, choice: GraphChoice, onNode: (node: number) => void): HTMLElement {
   const empty = el("p", { class: "dim hint" }, "The task has not shown its graph yet.");
   const grow = el("button", { type: "button", class: "button icon-only quiet grow", title: "Show the graph large" });
   setAttr(grow, "aria-label", "Show the graph large");
   grow.append(icon("grow"));
-  grow.addEventListener("click", () => enlarge(desk, choice.index));
-  const pane = new Pane(desk, () => choice.index, "panel", onNode, [grow]);
+  grow.addEventListener("click", () => enlarge(context, choice.index));
+  const pane = new Pane(context, () => choice.index, "panel", onNode, [grow]);
   const root = el("div", { class: "graph-pane" }, ...pane.parts);
   const draw = () => {
     pane.draw(empty);
@@ -84,7 +84,7 @@ export function graphPane(desk: Desk, choice: GraphChoice, onNode: (node: number
   };
   choice.on(draw);
   pane.listen(root, draw);
-  desk.store.on("graph", (index) => {
+  context.store.on("graph", (index) => {
     if (index !== choice.index) return;
     pane.view?.show();
     // A person who reads is not led away.
@@ -94,11 +94,11 @@ export function graphPane(desk: Desk, choice: GraphChoice, onNode: (node: number
   return root;
 }
 
-function enlarge(desk: Desk, index: number): void {
-  const { store } = desk;
-  const detail = new NodeDetail(desk, () => index);
+function enlarge(context: PanelContext, index: number): void {
+  const { store } = context;
+  const detail = new NodeDetail(context, () => index);
   const close = el("button", { type: "button", class: "button" }, "Close");
-  const pane = new Pane(desk, () => index, "large", (node) => detail.show(node), []);
+  const pane = new Pane(context, () => index, "large", (node) => detail.show(node), []);
   const title = el("h2", {}, store.graphs[index]?.name ?? "");
   const dialog = el("dialog", { class: "large-graph" }, el("header", {}, title, close), ...pane.parts, detail.root);
   setAttr(dialog, "aria-label", `Graph ${store.graphs[index]?.name ?? ""}`);

@@ -1,9 +1,9 @@
 // Where a graph is shown, and what a picture of it can do.
 import type { Graph } from "../../../net/protocol";
-import type { Desk } from "../../desk";
+import type { PanelContext } from "../../context";
 
 export interface Place {
-  desk: Desk;
+  context: PanelContext;
   /** Index of the graph. */
   at: number;
   graph: Graph;
@@ -26,8 +26,8 @@ export interface GraphView {
 }
 
 /** What is remembered of a picture is remembered by this. */
-export function keyOf({ desk, graph }: Place): string {
-  return `${desk.store.scene?.demo ?? ""}/${graph.name}`;
+export function keyOf({ context, graph }: Place): string {
+  return `${context.store.scene?.demo ?? ""}/${graph.name}`;
 }
 
 /** What a node does, in words. */

@@ -1,7 +1,7 @@
 // The states of the last minute as coloured spans, one row an arm.
 import type { Span } from "../../../net/protocol";
 import type { Store } from "../../../net/store";
-import type { Desk } from "../../desk";
+import type { PanelContext } from "../../context";
 import { el, setAttr, setTitle } from "../../dom";
 import { words } from "../../format";
 
@@ -28,8 +28,8 @@ export interface Strip {
   show: () => void;
 }
 
-export function stateStrip(desk: Desk): Strip {
-  const { store } = desk;
+export function stateStrip(context: PanelContext): Strip {
+  const { store } = context;
   const root = el("div", { class: "state-strip", hidden: true });
   const hues = new Map<string, number>();
   const hueOf = (label: string) => {
@@ -73,7 +73,7 @@ export function stateStrip(desk: Desk): Strip {
       setAttr(row, "aria-label", `States of the last ${SHOWN_S} s, ${lane}: ${listed(drawn, row)}`);
     }
   };
-  desk.pulse.add(root, show);
+  context.pulse.add(root, show);
   show();
   return { root, show };
 }

@@ -42,8 +42,8 @@ export class TreeDrawing implements GraphView {
   }
 
   show(): void {
-    const { desk, at, graph } = this.place;
-    const letters = desk.store.letters[at] ?? "";
+    const { context, at, graph } = this.place;
+    const letters = context.store.letters[at] ?? "";
     for (const [index, node] of this.nodes) {
       node.dataset.status = letters[index] ?? "I";
       const shut = this.folds.has(graph.nodes[index]?.id ?? "");
@@ -98,7 +98,7 @@ export class TreeDrawing implements GraphView {
   }
 
   private node(index: number, { x, y, width }: TreeBox): SVGGElement {
-    const { graph, desk } = this.place;
+    const { graph, context } = this.place;
     const { id = "", name = "" } = graph.nodes[index] ?? {};
     const isParent = (this.shape.children[index] ?? []).length > 0;
     const attrs = { class: index === this.chosen ? "leaf chosen" : "leaf", tabindex: -1, role: "button" };
@@ -107,7 +107,7 @@ export class TreeDrawing implements GraphView {
       attrs,
       svg("title", {}, aboutNode(graph, index)),
       svg("rect", { x, y: y - NODE_HEIGHT_PX / 2, width, height: NODE_HEIGHT_PX, rx: 5 }),
-      breakSpot(desk, name, x + 10, y),
+      breakSpot(context, name, x + 10, y),
       svg("text", { x: x + 20, y: y + 4 }, captionOf(graph, index)),
     );
     setAttr(node, "aria-label", name);
@@ -119,7 +119,7 @@ export class TreeDrawing implements GraphView {
     node.addEventListener("dblclick", () => isParent && this.folds.toggle(id));
     node.addEventListener("keydown", (event) => {
       if (event.key === "Enter") this.place.onNode(index);
-      else if (event.key === "b") toggleBreak(desk, name);
+      else if (event.key === "b") toggleBreak(context, name);
       else if (event.key === " " && isParent) this.folds.toggle(id);
       else return;
       event.preventDefault();

@@ -1,10 +1,10 @@
 // Opens the editor of the policy, or says why there is none.
 import { button } from "../../button";
-import type { Desk } from "../../desk";
+import type { PanelContext } from "../../context";
 import { type PolicyFile, readPolicy } from "./api";
 import { openPolicy } from "./dialog";
 
-export function policyButton(desk: Desk): HTMLElement {
+export function policyButton(context: PanelContext): HTMLElement {
   /** Why this policy cannot be edited, once it is known. */
   let none: string | null = null;
   const read = async (): Promise<PolicyFile | null> => {
@@ -12,29 +12,29 @@ export function policyButton(desk: Desk): HTMLElement {
     none = typeof file === "string" ? file : null;
     return typeof file === "string" ? null : file;
   };
-  const node = button(desk, {
+  const node = button(context, {
     label: "Edit policy",
     class: "small",
     about: () => "Edit the file that the policy is written in",
     twin: () => null,
-    why: () => desk.refusal() ?? none,
+    why: () => context.refusal() ?? none,
     run: async () => {
       const file = await read();
-      if (file === null) desk.say(`not now: ${none ?? ""}`);
-      else await openPolicy(desk, file);
+      if (file === null) context.notify(`not now: ${none ?? ""}`);
+      else await openPolicy(context, file);
     },
   });
   // Asked for before it is pressed, so that the reason is there on hover.
   for (const event of ["pointerenter", "focus"]) {
     node.addEventListener(event, () => {
-      if (desk.refusal() === null) void read();
+      if (context.refusal() === null) void read();
     });
   }
   // Another policy may be a file.
   const forget = () => {
     none = null;
   };
-  desk.store.on("graphs", forget);
-  desk.store.on("hello", forget);
+  context.store.on("graphs", forget);
+  context.store.on("hello", forget);
   return node;
 }

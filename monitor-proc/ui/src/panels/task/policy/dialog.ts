@@ -1,6 +1,6 @@
 // The sheet in which the policy's file is edited, checked and applied.
 import { button } from "../../button";
-import type { Desk } from "../../desk";
+import type { PanelContext } from "../../context";
 import { el, setText } from "../../dom";
 import { type Mistake, type PolicyFile, sendPolicy, type Verdict } from "./api";
 import type { Editor } from "./editor";
@@ -9,9 +9,9 @@ import type { Editor } from "./editor";
 const REST_MS = 500;
 
 /** The editor's own code comes when it is needed first. */
-export async function openPolicy(desk: Desk, file: PolicyFile): Promise<void> {
+export async function openPolicy(context: PanelContext, file: PolicyFile): Promise<void> {
   const { makeEditor } = await import("./editor");
-  new Sheet(desk, file, makeEditor).open();
+  new Sheet(context, file, makeEditor).open();
 }
 
 class Sheet {
@@ -26,7 +26,7 @@ class Sheet {
   private newest = 0;
 
   constructor(
-    private readonly desk: Desk,
+    private readonly context: PanelContext,
     private readonly file: PolicyFile,
     makeEditor: typeof import("./editor").makeEditor,
   ) {
@@ -54,7 +54,7 @@ class Sheet {
       if (this.ask.hidden) this.leave();
       else this.stay();
     });
-    this.dialog.addEventListener("close", () => this.gone());
+    this.dialog.addEventListener("close", () => this.closed());
   }
 
   open(): void {
@@ -67,7 +67,7 @@ class Sheet {
 
   /** Why the text cannot be changed, or null. */
   private why(): string | null {
-    return this.desk.cellRefusal();
+    return this.context.cellRefusal();
   }
 
   private fate(): string {
@@ -106,7 +106,7 @@ class Sheet {
     if (verdict.ok) this.applied = text;
     if (number !== this.newest) return;
     this.show(verdict, this.file.writable ? `Applied and saved to ${this.file.name ?? "the file"}: the task restarts` : "Applied, not saved: the task restarts");
-    if (verdict.ok) this.desk.say("the task restarts with the edited policy");
+    if (verdict.ok) this.context.notify("the task restarts with the edited policy");
   }
 
   private show(verdict: Verdict, good: string): void {
@@ -126,14 +126,14 @@ class Sheet {
   }
 
   private buttons(): HTMLElement[] {
-    const check = button(this.desk, {
+    const check = button(this.context, {
       label: "Check",
       about: () => "Check the text as a task would read it",
       twin: () => null,
       why: () => this.why(),
       run: () => this.check(),
     });
-    const apply = button(this.desk, {
+    const apply = button(this.context, {
       label: "Apply",
       about: () => "Restart the task with this text",
       twin: () => null,
@@ -164,7 +164,7 @@ class Sheet {
     this.ask.querySelector("button")?.focus();
   }
 
-  private gone(): void {
+  private closed(): void {
     clearTimeout(this.timer);
     this.newest++;
     removeEventListener("beforeunload", this.warn);

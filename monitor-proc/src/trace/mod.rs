@@ -1,0 +1,322 @@
+//! The task's trace, combined for the page: pictures, statuses of their nodes, the last edge
+//! taken, values, the log.
+//!
+//! The trace is text from another process, possibly of a recording of another version: every
+//! index is checked, every table has a limit, and a limit that is exceeded is reported once
+//! instead of growing. A page that joins late gets the same messages as one that saw every
+//! change.
+
+use std::collections::{BTreeSet, VecDeque};
+
+use behavior::graph::{GraphEdge, GraphNode};
+use cell_model::runs::incident::Head;
+use ipc_types::TraceLine;
+use ipc_types::trace::{FIELD_END, TraceEvent, TraceKind};
+use serde_json::{Value, json};
+
+pub mod history;
+mod messages;
+mod picture;
+pub mod text_log;
+
+use picture::Picture;
+
+/// Lines of the log sent to a late joiner.
+// More than a person reads back; older ones are in the recording.
+pub const KEPT_LINES: usize = 500;
+/// Largest number of pictures, of nodes and edges of one, and of names of guards and keys: more
+/// than any policy has, except for edges. A page would not draw more in time.
+const MAX_GRAPHS: usize = 16;
+const MAX_NODES: usize = 4096;
+const MAX_NAMES: usize = 512;
+/// Interval at which an unchanged result is sent again, so that a page knows its age (simulated
+/// s).
+// Twice a second: a guard that is evaluated looks alive, and the messages stay few.
+const RESEND_S: f64 = 0.5;
+
+/// Changes since the last message.
+#[derive(Clone, Debug, Default)]
+struct Changes {
+    graphs: bool,
+    letters: BTreeSet<usize>,
+    taken: BTreeSet<usize>,
+    keys: BTreeSet<(usize, String)>,
+    guards: BTreeSet<(usize, String)>,
+    lines: Vec<Value>,
+}
+
+/// The trace of a task, as received so far.
+#[derive(Clone, Debug, Default)]
+pub struct TraceModel {
+    pictures: Vec<Picture>,
+    log: VecDeque<Value>,
+    changes: Changes,
+    /// Generation of physics of the lines; unknown in a recording.
+    epoch: Option<u32>,
+    /// Limits that were exceeded, each reported once.
+    exceeded: BTreeSet<&'static str>,
+}
+
+impl TraceModel {
+    /// Sets the epoch, a generation of physics, of all lines from now on.
+    pub fn set_epoch(&mut self, epoch: u32) {
+        self.epoch = Some(epoch);
+    }
+
+    /// Takes one line; invalid ones are ignored.
+    pub fn take(&mut self, line: &TraceLine) {
+        let (graph, node) = (line.graph as usize, line.node as usize);
+        let text = line.text.as_str();
+        let time_s = seconds(line);
+        let event = TraceEvent::from_code(line.event).unwrap_or_default();
+        match TraceKind::from_code(line.kind) {
+            Some(TraceKind::Log) => self.add_log_line(time_s, "log", event, text),
+            Some(TraceKind::Transition) => self.add_log_line(time_s, "transition", event, text),
+            Some(TraceKind::Lifecycle) => self.add_log_line(time_s, "lifecycle", event, text),
+            Some(TraceKind::Node) => self.node(graph, node, line),
+            Some(TraceKind::Edge) => self.edge(graph, line),
+            Some(TraceKind::Status) => {
+                let letters = b"IRSFR";
+                // The letters of the statuses in the order of their
+                // codes; unknown ones are idle.
+                let letter = letters.get(line.to as usize).copied().unwrap_or(b'I');
+                self.letter(graph, node, letter, text);
+            }
+            Some(TraceKind::Statuses) => {
+                for (offset, letter) in text.bytes().enumerate() {
+                    self.letter(graph, node.saturating_add(offset), page_letter(letter), "");
+                }
+            }
+            Some(TraceKind::Guard) => {
+                self.guard((graph, node), text, line.to == 1, time_s);
+            }
+            Some(TraceKind::Key) => self.key(graph, text, time_s),
+            None => {}
+        }
+    }
+
+    /// As [`Self::take`], without lines of the log.
+    pub fn take_picture(&mut self, line: &TraceLine) {
+        if !TraceKind::from_code(line.kind).is_some_and(TraceKind::is_for_people) {
+            self.take(line);
+        }
+    }
+
+    /// Adds a line to the log; an `event` is marked on the timeline.
+    pub fn add_log_line(&mut self, time_s: f64, kind: &str, event: TraceEvent, text: &str) {
+        let mark = event.name();
+        self.keep(json!({ "time_s": time_s, "kind": kind, "text": text, "mark": mark }));
+    }
+
+    /// Adds an incident to the log, with the number by which the page opens it.
+    pub fn add_incident(&mut self, head: &Head, what: &str) {
+        let number = head.number;
+        self.keep(json!({
+            "time_s": head.sim_time_s, "kind": "lifecycle",
+            "text": format!("incident {number}: {what}"),
+            "mark": "incident", "incident": number,
+        }));
+    }
+
+    /// Puts lines of an earlier start of the monitor at the start of the log.
+    pub fn restore_log(&mut self, lines: Vec<Value>) {
+        self.log.extend(lines);
+    }
+
+    fn keep(&mut self, mut line: Value) {
+        line["epoch"] = json!(self.epoch);
+        self.changes.lines.push(line.clone());
+        // No page was connected for a while: only as many are sent as a late joiner would get.
+        if self.changes.lines.len() > KEPT_LINES {
+            self.changes.lines.remove(0);
+        }
+        self.log.push_back(line);
+        if self.log.len() > KEPT_LINES {
+            self.log.pop_front();
+        }
+    }
+
+    /// The pictures without log and changes.
+    pub fn without_log(&self) -> Self {
+        Self {
+            pictures: self.pictures.clone(),
+            ..Self::default()
+        }
+    }
+
+    fn letter(&mut self, graph: usize, node: usize, letter: u8, reason: &str) {
+        let Some(picture) = self.pictures.get_mut(graph) else {
+            return;
+        };
+        let Some(known) = picture
+            .letters
+            .get_mut(node)
+            .filter(|known| **known != letter)
+        else {
+            return;
+        };
+        let before = std::mem::replace(known, letter);
+        self.changes.letters.insert(graph);
+        // A tree has no edges, so no transition is searched for.
+        if picture.edges.is_empty() {
+            return;
+        }
+        // A transition is two lines: one state is left, another is entered.
+        if letter != b'R' && before == b'R' {
+            picture.left = Some(node);
+        } else if letter == b'R'
+            && let Some(from) = picture.left.take()
+        {
+            picture.taken = Some(picture.edge_taken(from, node, reason));
+            self.changes.taken.insert(graph);
+        }
+    }
+
+    fn guard(&mut self, (graph, node): (usize, usize), name: &str, holds: bool, time_s: f64) {
+        let Some(picture) = self.pictures.get_mut(graph) else {
+            return;
+        };
+        // A guard without its own name has that of its node.
+        let of_node = picture.nodes.get(node).filter(|_| name == "guard");
+        let name = of_node.map_or(name, |node| &node.name).to_owned();
+        let room = picture.guards.len() < MAX_NAMES || picture.guards.contains_key(&name);
+        if !room {
+            return self.exceed(time_s, "guards", MAX_NAMES);
+        }
+        // Sent when it changes, and now and then when not:
+        // guards are evaluated in every decision.
+        let sent_s = picture.guards_sent_s.get(&name);
+        let is_recent = sent_s.is_some_and(|sent_s| (0.0..RESEND_S).contains(&(time_s - sent_s)));
+        if picture.guards.insert(name.clone(), holds) != Some(holds) || !is_recent {
+            picture.guards_sent_s.insert(name.clone(), time_s);
+            self.changes.guards.insert((graph, name));
+        }
+    }
+
+    /// Reports once that some `what` beyond `limit` are not shown.
+    fn exceed(&mut self, time_s: f64, what: &'static str, limit: usize) {
+        if self.exceeded.insert(what) {
+            let text = format!("[monitor] a picture of the task shows {limit} {what}, not all");
+            self.add_log_line(time_s, "lifecycle", TraceEvent::None, &text);
+        }
+    }
+
+    fn key(&mut self, graph: usize, text: &str, time_s: f64) {
+        let (Some(picture), Some((name, value))) =
+            (self.pictures.get_mut(graph), text.split_once('='))
+        else {
+            return;
+        };
+        let room = picture.keys.len() < MAX_NAMES || picture.keys.contains_key(name);
+        let known = picture.keys.get(name).is_some_and(|known| known == value);
+        if !room {
+            self.exceed(time_s, "keys", MAX_NAMES);
+        } else if !known {
+            picture.keys.insert(name.to_owned(), value.to_owned());
+            self.changes.keys.insert((graph, name.to_owned()));
+        }
+    }
+
+    fn node(&mut self, graph: usize, node: usize, line: &TraceLine) {
+        let count = line.to as usize;
+        let time_s = seconds(line);
+        // Limits before memory: numbers of a damaged line must not reserve it.
+        if graph >= MAX_GRAPHS {
+            return self.exceed(time_s, "graphs", MAX_GRAPHS);
+        }
+        if count > MAX_NODES {
+            return self.exceed(time_s, "nodes", MAX_NODES);
+        }
+        // Also keeps the parent, which is checked below, inside the picture.
+        if node >= count {
+            return;
+        }
+        if self.pictures.len() <= graph {
+            self.pictures.resize_with(graph + 1, Picture::default);
+        }
+        let Some(picture) = self.pictures.get_mut(graph) else {
+            return;
+        };
+        let mut fields = line.text.as_str().split(FIELD_END).map(str::to_owned);
+        let mut field = || fields.next().unwrap_or_default();
+        let name = field();
+        let spec = GraphNode {
+            id: field(),
+            kind: field(),
+            name: field(),
+            parent: (line.from as usize).checked_sub(1).filter(|p| *p < node),
+            detail: field(),
+        };
+        if picture.name != name || picture.nodes.len() != count {
+            // Another policy: nothing of the former one stays.
+            *picture = Picture {
+                name,
+                ..Picture::default()
+            };
+            picture.nodes.resize_with(count, unnamed_node);
+            picture.letters.resize(count, b'I');
+            self.changes.graphs = true;
+            self.changes.letters.insert(graph);
+            // A new first picture means that all others are of the policy before.
+            if graph == 0 {
+                self.pictures.truncate(1);
+            }
+        }
+        let Some(picture) = self.pictures.get_mut(graph) else {
+            return;
+        };
+        if let Some(known) = picture.nodes.get_mut(node).filter(|known| **known != spec) {
+            *known = spec;
+            self.changes.graphs = true;
+        }
+    }
+
+    fn edge(&mut self, graph: usize, line: &TraceLine) {
+        let Some(picture) = self.pictures.get_mut(graph) else {
+            return;
+        };
+        let edge = GraphEdge {
+            from: line.from as usize,
+            to: line.to as usize,
+            label: line.text.as_str().to_owned(),
+        };
+        let nodes = picture.nodes.len();
+        let fits = edge.from < nodes && edge.to < nodes;
+        // Edges are sent every second; known ones are no change.
+        if !fits || picture.edges.contains(&edge) {
+            return;
+        }
+        if picture.edges.len() == MAX_NODES {
+            return self.exceed(seconds(line), "edges", MAX_NODES);
+        }
+        picture.edges.push(edge);
+        self.changes.graphs = true;
+    }
+}
+
+/// Simulated time of a line (s).
+fn seconds(line: &TraceLine) -> f64 {
+    line.header.sim_time_ns as f64 * 1.0e-9
+}
+
+/// The page has four letters: a node that is halting still runs.
+fn page_letter(letter: u8) -> u8 {
+    match letter {
+        b'S' | b'F' => letter,
+        b'R' | b'H' => b'R',
+        _ => b'I',
+    }
+}
+
+fn unnamed_node() -> GraphNode {
+    GraphNode {
+        id: String::new(),
+        kind: String::new(),
+        name: String::new(),
+        parent: None,
+        detail: String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,49 @@
+//! Services behind the routes, and limits of their use.
+
+use std::sync::Arc;
+
+use cell_model::runs::incident::Incidents;
+use tokio::sync::Semaphore;
+
+use super::access::AccessControl;
+use super::files::Files;
+use crate::feed::broadcast::Broadcast;
+use crate::operator::policy_file::PolicyFiles;
+use crate::page::command::Names;
+use crate::page::queue::CommandQueue;
+use crate::timeline::scrub::OpenPast;
+
+/// Services behind the routes.
+pub struct Services {
+    /// Decides about requests.
+    pub access: AccessControl,
+    /// The page.
+    pub files: Files,
+    /// Meshes by `/ROBOT/LINK.glb`.
+    pub meshes: Files,
+    /// Advice for people when there is no page.
+    pub hint: String,
+    /// Source of frames and messages.
+    pub broadcast: Arc<Broadcast>,
+    /// Executor of commands.
+    pub queue: Arc<dyn CommandQueue>,
+    /// Names commands can use.
+    pub names: Names,
+    /// The recording: of a live cell by its flight recorder, else the file.
+    pub past: Option<OpenPast>,
+    /// The policies of a live cell that are written in files.
+    pub policies: Option<PolicyFiles>,
+    /// Failures that were kept, when this is a live cell.
+    pub incidents: Option<Incidents>,
+}
+
+/// The services with the limits of their use.
+pub(super) struct AppState {
+    pub(super) services: Services,
+    /// Permits for websockets.
+    pub(super) sockets: Arc<Semaphore>,
+    /// Permits for pages that read the recording.
+    pub(super) readers: Semaphore,
+    /// The permit for a text that is being checked.
+    pub(super) edits: Semaphore,
+}
