@@ -12,19 +12,18 @@
 //! - The thread of the planner starts before this thread gets real-time scheduling, which it
 //!   would inherit.
 
-use std::time::Duration;
-
-use cell_bus::{Bus, BusError, Doorbell, Gate, Publisher, Sleeper, Subscriber};
+use cell_bus::{Bus, BusError, Doorbell, Publisher, Subscriber};
 use cell_model::stop::{DECISION_AGE_FIFO_TICKS, DECISION_AGE_OTHER_TICKS};
 use cell_rt::periodic::{SPIN_FIFO_NS, SPIN_OTHER_NS};
 use cell_rt::priority::CONTROLLER_PRIORITY;
-use cell_rt::signal::stop_requested;
-use cell_rt::{monotonic_ns, sleep_until};
-use cell_worker::{HealthReporter, LoopClass, RunError, Start};
+use cell_rt::{Clock, Monotonic};
+use cell_worker::{
+    DELIVERY_NS, Gated, HealthReporter, Keyframes, LoopClass, RunError, Start, Turn, Wait, Woken,
+};
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::world::FLAG_LOCKSTEP;
 use ipc_types::{
-    ArmCommand, ArmStatus, DECISION_TICKS, Decision, Header, Keyframe, TICK_NS, Wire, WorldState,
+    ArmCommand, ArmStatus, DECISION_TICKS, Decision, Header, TICK_NS, Wire, WorldState,
 };
 
 use crate::controllers::Controllers;
@@ -36,17 +35,9 @@ use crate::rmpflow_controller::RmpFlowError;
 /// How long lockstep polls before it sleeps (ns): longer than a step of physics.
 // Sleeping costs two switches of context in each tick.
 const SPIN_LOCKSTEP_NS: u64 = 300_000;
-/// Longest sleep of a waiting controller; then it serves subscribers that joined late.
-const NUDGE: Duration = Duration::from_millis(5);
 /// Longest wait for a state in real time (ns); after it the turn ends without a cycle.
 // Five ticks: health is reported and late subscribers are served while physics is away.
 const PATIENCE_NS: u64 = 5_000_000;
-/// Interval of the checkpoints for replay (ticks).
-// A replay starts at a checkpoint, at most a second before the tick of interest.
-const KEYFRAME_TICKS: u64 = 1000;
-/// Longest wait of lockstep for a decision that was sent, but not yet to this reader (ns): its
-/// writer may have been killed in between and has to start again.
-const DELIVERY_NS: u64 = 2_000_000_000;
 
 /// Why a controller cannot run.
 #[derive(Debug, thiserror::Error)]
@@ -85,46 +76,113 @@ pub fn run(start: &Start, controllers: &Controllers) -> Result<(), ProcessError>
     let planner = PlanWorker::start(planner, &cycle).map_err(ProcessError::Planner)?;
     let fifo = start.real_time(CONTROLLER_PRIORITY, 1 + usize::from(start.arm));
     let bus = start.join(Process::Controller(start.arm))?;
-    let mut process = ControllerProcess::new(start, &bus, (cycle, planner), fifo)?;
+    let mut bell = bus.sleeper(Process::Controller(start.arm))?;
+    let mut process = ControllerProcess::new(start, &bus, (cycle, planner), fifo, Monotonic)?;
     start.populate();
-    while !stop_requested() {
-        process.turn();
-    }
+    cell_worker::run(&mut process, &mut bell);
     Ok(())
 }
 
-struct ControllerProcess {
+struct ControllerProcess<C> {
     cycle: Cycle,
     planner: PlanWorker,
     state: Subscriber<WorldState>,
-    decision: Subscriber<Decision>,
-    gate: Gate<Decision>,
+    decision: Gated<Decision>,
     command: Publisher<ArmCommand>,
     status: Publisher<ArmStatus>,
-    keyframe: Publisher<Keyframe>,
+    keyframes: Keyframes,
     sent: ArmCommand,
     report: ArmStatus,
     physics_bell: Doorbell,
     task_bell: Doorbell,
-    sleeper: Sleeper,
     health: HealthReporter,
+    clock: C,
     spin_ns: u64,
     decision_limit_ticks: u64,
+    awaits: Await,
     /// Generation of physics and tick that were answered last.
     answered: Option<(u32, u64)>,
     lockstep: bool,
     class: LoopClass,
     expected_ns: u64,
-    /// Second of simulated time of the last checkpoint that was sent.
-    kept_in: Option<u64>,
+    /// Start of the present cycle.
+    woke_ns: u64,
 }
 
-impl ControllerProcess {
+/// The message that has to arrive before the cycle continues.
+#[derive(Clone, Copy)]
+enum Await {
+    /// A state; since the end of the last turn.
+    State(Polling),
+    /// In lockstep the decision for this state, until this time.
+    Decision((u32, u64), u64),
+    /// In lockstep the answer of the planner for this state.
+    Plan((u32, u64)),
+}
+
+/// A wait for a state.
+#[derive(Clone, Copy, Default)]
+struct Polling {
+    /// Time of the last look; `None` before the first.
+    until_ns: Option<u64>,
+    /// Whether lockstep has slept at its doorbell.
+    has_slept: bool,
+}
+
+impl<C: Clock> Turn for ControllerProcess<C> {
+    /// The cycle: take the newest inputs, update ([`Cycle::update`]), publish. All of it is one
+    /// turn, unless lockstep has to wait for an input.
+    fn turn(&mut self, woken: Woken) -> Wait {
+        if let Await::State(polling) = self.awaits {
+            if !self.take_state() {
+                return self.poll_for_state(polling, woken.now_ns);
+            }
+            self.woke_ns = self.clock.now_ns();
+            let newest = self.state.current().map(|state| &state.header);
+            let newest = newest.map(|header| (header.generation, header.tick));
+            // The same state may be delivered twice; a second answer would move the setpoint
+            // twice.
+            let Some(newest) = newest.filter(|newest| self.answered != Some(*newest)) else {
+                return self.finish(true);
+            };
+            // Time went back: decisions about later ticks belong to a run that was set back.
+            let (generation, tick) = newest;
+            if self
+                .answered
+                .is_none_or(|(g, t)| g != generation || t > tick)
+            {
+                self.decision.clear();
+            }
+            self.awaits = Await::Decision(newest, self.woke_ns + DELIVERY_NS);
+        }
+        if let Await::Decision((generation, tick), until_ns) = self.awaits {
+            // In lockstep that of the last tenth tick. The decision of this tick itself is kept
+            // back: whether it has arrived depends on the scheduler.
+            let wanted = tick.checked_sub(1).map(|t| t - t % DECISION_TICKS);
+            let is_complete = self.decision.choose(generation, tick, wanted);
+            if self.lockstep && !is_complete && woken.now_ns <= until_ns {
+                return Wait::Yield;
+            }
+            self.awaits = Await::Plan((generation, tick));
+        }
+        if let Await::Plan(answering) = self.awaits {
+            // In real time a late answer is taken in the cycle after its arrival.
+            if !self.planner.deliver(&mut self.cycle, answering.1) && self.lockstep {
+                return Wait::Yield;
+            }
+            self.answer(answering);
+        }
+        self.finish(true)
+    }
+}
+
+impl<C: Clock> ControllerProcess<C> {
     fn new(
         start: &Start,
         bus: &Bus,
         (cycle, planner): (Cycle, PlanWorker),
         fifo: bool,
+        clock: C,
     ) -> Result<Self, BusError> {
         let arm = start.arm;
         // Without real-time scheduling the task is late more often; a hold at each delay would
@@ -134,119 +192,81 @@ impl ControllerProcess {
         } else {
             DECISION_AGE_OTHER_TICKS
         };
+        let keyframe = TopicId::Keyframe(Process::Controller(arm));
         let mut process = Self {
             cycle,
             planner,
             state: bus.subscriber(TopicId::WorldState)?,
-            decision: bus.subscriber(TopicId::Decision)?,
-            gate: Gate::new(),
+            decision: Gated::new(bus.subscriber(TopicId::Decision)?),
             command: bus.publisher(TopicId::ArmCommand(arm))?,
             status: bus.publisher(TopicId::ArmStatus(arm))?,
-            keyframe: bus.publisher(TopicId::Keyframe(Process::Controller(arm)))?,
+            keyframes: Keyframes::new(bus.publisher(keyframe)?),
             sent: ArmCommand::zeroed(),
             report: ArmStatus::zeroed(),
             physics_bell: bus.doorbell(Process::Physics)?,
             task_bell: bus.doorbell(Process::Task)?,
-            sleeper: bus.sleeper(Process::Controller(arm))?,
             health: HealthReporter::new(start, bus, Process::Controller(arm), fifo)?,
+            clock,
             spin_ns: if fifo { SPIN_FIFO_NS } else { SPIN_OTHER_NS },
             decision_limit_ticks: limit,
+            awaits: Await::State(Polling::default()),
             answered: None,
             lockstep: false,
             class: LoopClass::new(CONTROLLER_PRIORITY, fifo),
             expected_ns: 0,
-            kept_in: None,
+            woke_ns: 0,
         };
         // The state before the first command, so that a replay can start there.
         process.publish_keyframe(&Header::zeroed());
         Ok(process)
     }
 
-    /// Waits for the next state and answers it.
-    fn turn(&mut self) {
-        let waited = self.wait_for_state();
-        let woke_ns = monotonic_ns();
-        if let Some((generation, tick)) = waited.then(|| self.newest()).flatten()
-            // The same state may be delivered twice; a second answer would move the setpoint
-            // twice.
-            && self.answered != Some((generation, tick))
-        {
-            self.answer(generation, tick);
-        }
-        // Before the first state nothing is expected, so nothing is late.
-        let expected_ns = if self.expected_ns == 0 {
-            woke_ns
-        } else {
-            self.expected_ns
+    fn take_state(&mut self) -> bool {
+        let Some(state) = self.state.take() else {
+            return false;
         };
-        // In lockstep the time of a state depends on all processes, so lateness means nothing.
-        let late_ns = if self.lockstep {
-            0
-        } else {
-            woke_ns.saturating_sub(expected_ns)
-        };
-        self.expected_ns = woke_ns + TICK_NS;
-        if waited {
-            let tick = self.answered.map_or(0, |(_, tick)| tick);
-            self.health
-                .cycle(tick, woke_ns, late_ns, self.boxed_values());
-        } else {
-            self.health.idle();
-            // A subscriber that joined late gets the newest message only by this call.
-            self.command.update_connections();
-            self.status.update_connections();
-        }
-        let now_ns = monotonic_ns();
-        let counts = self.decision.counts();
-        let states = self.state.counts();
-        let missed = self.report.missed_cycles;
-        self.health.totals(
-            missed,
-            counts.rejected + states.rejected,
-            counts.fenced + states.fenced,
-        );
-        self.health
-            .refused("decision", self.decision.take_invalid(), now_ns);
-        self.health
-            .refused("state", self.state.take_invalid(), now_ns);
-        self.health
-            .publish_if_due(self.answered.map_or(0, |(_, tick)| tick), now_ns);
+        // The mode is part of the state: it changes with the speed, at a known tick.
+        self.lockstep = state.has(FLAG_LOCKSTEP);
+        self.class.follow(self.lockstep);
+        self.health.set_lockstep(self.lockstep);
+        true
     }
 
-    /// Values of a cycle that the black box keeps for an incident.
-    fn boxed_values(&self) -> [f64; 4] {
-        let speeds = self.sent.joint_velocities;
-        [
-            f64::from(self.report.stop_action),
-            self.report.decision_age_ticks as f64,
-            speeds
-                .iter()
-                .fold(0.0, |top: f64, speed| top.max(speed.abs())),
-            self.report.position_error,
-        ]
+    /// How to wait for a state that has not arrived. Ends the turn without a cycle if it stays
+    /// away.
+    fn poll_for_state(&mut self, mut polling: Polling, now_ns: u64) -> Wait {
+        let patience_ns = if self.lockstep {
+            SPIN_LOCKSTEP_NS
+        } else {
+            PATIENCE_NS
+        };
+        let until_ns = *polling.until_ns.get_or_insert(now_ns + patience_ns);
+        let wait = match self.lockstep {
+            true if now_ns < until_ns => Wait::Yield,
+            true if !polling.has_slept => {
+                polling.has_slept = true;
+                Wait::Bell
+            }
+            // Overdue: physics is late, starting, or not running. Polling would take its core.
+            false if now_ns <= until_ns && now_ns > self.expected_ns + self.spin_ns => {
+                Wait::Sleep(now_ns + self.spin_ns)
+            }
+            false if now_ns <= until_ns => Wait::Spin,
+            _ => {
+                self.woke_ns = now_ns;
+                return self.finish(false);
+            }
+        };
+        self.awaits = Await::State(polling);
+        wait
     }
 
-    /// The cycle: take the newest inputs, update ([`Cycle::update`]), publish.
-    fn answer(&mut self, generation: u32, tick: u64) {
-        // Time went back: decisions about later ticks belong to a run that was set back.
-        if self
-            .answered
-            .is_none_or(|(g, t)| g != generation || t > tick)
-        {
-            self.gate.clear();
-        }
-        let decided = self.take_decision(generation, tick);
+    /// Updates the cycle with the inputs that were taken, and publishes.
+    fn answer(&mut self, (generation, tick): (u32, u64)) {
         let Some(state) = self.state.current() else {
             return;
         };
-        let decision = decided.then(|| self.gate.current()).flatten();
-        let lockstep = self.lockstep;
-        // In real time the closure ends the wait at once, and the answer is taken when it
-        // arrives.
-        self.planner.deliver(&mut self.cycle, tick, || {
-            std::thread::yield_now();
-            lockstep && !stop_requested()
-        });
+        let decision = self.decision.get(generation);
         let (command, report) = (&mut self.sent, &mut self.report);
         self.cycle
             .update(state, decision, self.decision_limit_ticks, command, report);
@@ -262,119 +282,77 @@ impl ControllerProcess {
             self.task_bell.ring();
         }
         // A command that was not sent has no sequence number for the checkpoint to follow.
-        if sent && self.kept_in != Some(tick / KEYFRAME_TICKS) {
-            self.kept_in = Some(tick / KEYFRAME_TICKS);
+        if sent && self.keyframes.is_due(tick, false) {
             let of_command = self.sent.header;
             self.publish_keyframe(&of_command);
         }
+    }
+
+    /// Ends a turn, which had a cycle if `has_state`, and starts the wait for the next state.
+    fn finish(&mut self, has_state: bool) -> Wait {
+        // Before the first state nothing is expected, so nothing is late. In lockstep the time
+        // of a state depends on all processes, so lateness means nothing.
+        let late_ns = if self.lockstep || self.expected_ns == 0 {
+            0
+        } else {
+            self.woke_ns.saturating_sub(self.expected_ns)
+        };
+        self.expected_ns = self.woke_ns + TICK_NS;
+        let tick = self.answered.map_or(0, |(_, tick)| tick);
+        if has_state {
+            self.health
+                .cycle(tick, self.woke_ns, late_ns, self.boxed_values());
+        } else {
+            self.health.idle();
+            // A subscriber that joined late gets the newest message only by this call.
+            self.command.update_connections();
+            self.status.update_connections();
+        }
+        let now_ns = self.clock.now_ns();
+        let counts = self.decision.counts();
+        let states = self.state.counts();
+        let missed = self.report.missed_cycles;
+        self.health.totals(
+            missed,
+            counts.rejected + states.rejected,
+            counts.fenced + states.fenced,
+        );
+        self.health
+            .refused("decision", self.decision.take_invalid(), now_ns);
+        self.health
+            .refused("state", self.state.take_invalid(), now_ns);
+        self.health.publish_if_due(tick, now_ns);
+        self.awaits = Await::State(Polling::default());
+        if self.lockstep {
+            return Wait::Spin;
+        }
+        // Sleeping is not exact enough for the start of a cycle; polling all the time takes a
+        // core. So it sleeps until shortly before the next state is due, then polls.
+        Wait::Sleep(self.expected_ns.saturating_sub(self.spin_ns))
+    }
+
+    /// Values of a cycle that the black box keeps for an incident.
+    fn boxed_values(&self) -> [f64; 4] {
+        let speeds = self.sent.joint_velocities;
+        [
+            f64::from(self.report.stop_action),
+            self.report.decision_age_ticks as f64,
+            speeds
+                .iter()
+                .fold(0.0, |top: f64, speed| top.max(speed.abs())),
+            self.report.position_error,
+        ]
     }
 
     /// Publishes a checkpoint for replay, as of the newest command, whose header is
     /// `of_command`.
     fn publish_keyframe(&mut self, of_command: &Header) {
         let (cycle, limit) = (&mut self.cycle, self.decision_limit_ticks);
+        let save = |bytes: &mut [u8]| cycle.save(limit, bytes).ok();
         let after_seq = self.command.seq();
-        let mut fits = true;
-        let sent = self.keyframe.publish(|message| {
-            message.header = Header {
-                inputs: of_command.inputs,
-                input_count: of_command.input_count,
-                ..Header::caused_by::<Keyframe>(of_command.tick)
-            };
-            message.after_seq = after_seq;
-            message.reserved = 0;
-            let length = cycle.save(limit, &mut message.bytes).ok();
-            fits = length.is_some();
-            // The length fits: the array has that many bytes.
-            message.len = length.map_or(0, |length| u32::try_from(length).unwrap_or(0));
-            (message.offset, message.total) = (0, u64::from(message.len));
-        });
-        if !fits || sent.is_err() {
+        if !self.keyframes.send_whole(of_command, after_seq, save) {
             self.health
                 .note("the controller's checkpoint could not be kept: no replay verifies this run");
         }
-    }
-
-    /// Takes the newest decision caused by an earlier tick of this physics; `true` if one was
-    /// found. In lockstep that is the decision of the last tenth tick, and it is waited for.
-    fn take_decision(&mut self, generation: u32, tick: u64) -> bool {
-        // The decision of this tick itself is kept back: whether it has arrived depends on the
-        // scheduler.
-        let wanted = tick.checked_sub(1).map(|t| t - t % DECISION_TICKS);
-        let patient_until_ns = monotonic_ns() + DELIVERY_NS;
-        loop {
-            self.gate.pull(&mut self.decision);
-            let found = self
-                .gate
-                .advance(tick)
-                .filter(|d| d.header.answers(generation));
-            let complete = found.map(|d| d.header.tick) >= wanted;
-            if !self.lockstep || complete || monotonic_ns() > patient_until_ns || stop_requested() {
-                return found.is_some();
-            }
-            std::thread::yield_now();
-        }
-    }
-
-    fn newest(&self) -> Option<(u32, u64)> {
-        self.state
-            .current()
-            .map(|s| (s.header.generation, s.header.tick))
-    }
-
-    /// Waits for a new state; `false` on a timeout.
-    fn wait_for_state(&mut self) -> bool {
-        if self.lockstep {
-            self.wait_in_lockstep()
-        } else {
-            self.wait_in_real_time()
-        }
-    }
-
-    /// Sleeps until shortly before the next state is due, then polls.
-    fn wait_in_real_time(&mut self) -> bool {
-        // Sleeping is not exact enough for the start of a cycle; polling all the time takes a
-        // core.
-        sleep_until(self.expected_ns.saturating_sub(self.spin_ns));
-        let patient_until_ns = monotonic_ns() + PATIENCE_NS;
-        loop {
-            if self.take_state() {
-                return true;
-            }
-            let now_ns = monotonic_ns();
-            if now_ns > patient_until_ns || stop_requested() {
-                return false;
-            }
-            if now_ns > self.expected_ns + self.spin_ns {
-                // Overdue: physics is late, starting, or not running. Polling would take its
-                // core.
-                sleep_until(now_ns + self.spin_ns);
-            } else {
-                std::hint::spin_loop();
-            }
-        }
-    }
-
-    fn wait_in_lockstep(&mut self) -> bool {
-        let patient_until_ns = monotonic_ns() + SPIN_LOCKSTEP_NS;
-        while monotonic_ns() < patient_until_ns {
-            if self.take_state() {
-                return true;
-            }
-            std::thread::yield_now();
-        }
-        self.sleeper.wait(NUDGE);
-        self.take_state()
-    }
-
-    fn take_state(&mut self) -> bool {
-        let Some(state) = self.state.take() else {
-            return false;
-        };
-        // The mode is part of the state: it changes with the speed, at a known tick.
-        self.lockstep = state.has(FLAG_LOCKSTEP);
-        self.class.follow(self.lockstep);
-        self.health.set_lockstep(self.lockstep);
-        true
     }
 }

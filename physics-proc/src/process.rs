@@ -14,13 +14,12 @@
 //! - Files are written by threads of their own, without real-time scheduling: a write takes
 //!   longer than a tick.
 
-use cell_bus::{Bus, BusError, Doorbell, Latest, OperatorServer, Publisher, Sleeper};
+use cell_bus::{Bus, BusError, Doorbell, Latest, OperatorServer, Publisher};
 use cell_model::runs::spec::Speed;
 use cell_model::stop::DECISION_AGE_OTHER_TICKS;
 use cell_rt::priority::PHYSICS_PRIORITY;
-use cell_rt::signal::stop_requested;
-use cell_rt::{Grid, monotonic_ns};
-use cell_worker::{HealthReporter, LoopClass, RunError, Start};
+use cell_rt::{Clock, Grid, Monotonic};
+use cell_worker::{HealthReporter, LoopClass, RunError, Start, Turn, Wait, Woken};
 use ipc_types::contact::CONTACT_TICKS;
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::{
@@ -37,7 +36,7 @@ use crate::world::StepInput;
 
 mod lockstep;
 
-use lockstep::paced_period_ns;
+use lockstep::{Answers, paced_period_ns};
 
 /// Publication times kept for the age of applied commands.
 // Older commands than this are not measured: they are past the age at which the arm brakes.
@@ -89,25 +88,15 @@ pub fn run(start: &Start) -> Result<(), ProcessError> {
         plant.set_decision_limit(DECISION_AGE_OTHER_TICKS);
     }
     let bus = start.join(Process::Physics)?;
-    let mut process = PhysicsProcess::new(start, &bus, (plant, resume, report), fifo)?;
+    let mut bell = bus.sleeper(Process::Physics)?;
+    let mut process = PhysicsProcess::new(start, &bus, (plant, resume, report), fifo, Monotonic)?;
     // Pages are touched before the loop starts, so that no tick waits for a page fault.
     start.populate();
-    let mut class = LoopClass::new(PHYSICS_PRIORITY, fifo);
-    // A change of speed ends either loop, and the next one starts with the class of its speed.
-    while !stop_requested() {
-        let speed = process.plant.speed();
-        class.follow(speed.is_lockstep());
-        process.health.set_lockstep(speed.is_lockstep());
-        match speed {
-            Speed::RealTime => process.real_time(fifo),
-            Speed::Max => process.lockstep(speed, 0),
-            Speed::Factor(factor) => process.lockstep(speed, paced_period_ns(factor)),
-        }
-    }
+    cell_worker::run(&mut process, &mut bell);
     Ok(())
 }
 
-struct PhysicsProcess {
+struct PhysicsProcess<C> {
     plant: Plant,
     resume: Resume,
     report: ScriptReport,
@@ -124,10 +113,19 @@ struct PhysicsProcess {
     controller_bells: Vec<Doorbell>,
     task_bell: Doorbell,
     monitor_bell: Doorbell,
-    sleeper: Sleeper,
+    clock: C,
+    class: LoopClass,
+    fifo: bool,
+    /// Deadlines of the present speed.
+    grid: Grid,
+    awaits: Await,
+    /// Speed that the loop follows; `None` before the first tick.
+    speed: Option<Speed>,
     contacts_tick: Option<u64>,
     published_ns: [u64; PUBLISHED],
     overruns: u64,
+    /// Those before the present speed.
+    overruns_before: u64,
     /// Number of faulty arms.
     faults: usize,
     /// Objects that fell out of the cell.
@@ -136,12 +134,46 @@ struct PhysicsProcess {
     boxed: [f64; 4],
 }
 
-impl PhysicsProcess {
+/// The event for which the loop waits.
+#[derive(Clone, Copy)]
+enum Await {
+    /// Nothing: this is the first turn.
+    Start,
+    /// In real time the next tick.
+    Deadline,
+    /// In lockstep the answers to the present tick.
+    Answers(Answers),
+    /// In lockstep slower than the processes the next tick; the wait began at this time.
+    Pace(u64),
+    /// In lockstep, while paused, a request.
+    Request(u64),
+}
+
+impl<C: Clock> Turn for PhysicsProcess<C> {
+    fn turn(&mut self, woken: Woken) -> Wait {
+        match self.awaits {
+            Await::Start => self.next(),
+            Await::Deadline => self.real_time(woken.now_ns),
+            Await::Answers(answers) => self.answers(answers, woken),
+            Await::Pace(began_ns) => {
+                self.grid.woke(woken.now_ns);
+                self.lockstep(began_ns)
+            }
+            Await::Request(began_ns) => {
+                self.health.idle();
+                self.finish_lockstep(began_ns, Next::Wait)
+            }
+        }
+    }
+}
+
+impl<C: Clock> PhysicsProcess<C> {
     fn new(
         start: &Start,
         bus: &Bus,
         (plant, resume, report): (Plant, Resume, ScriptReport),
         fifo: bool,
+        clock: C,
     ) -> Result<Self, BusError> {
         let spec = &start.spec;
         let commands = (0..spec.arms).map(|arm| bus.latest(TopicId::ArmCommand(arm)));
@@ -166,35 +198,67 @@ impl PhysicsProcess {
             controller_bells: bells.collect::<Result<_, _>>()?,
             task_bell: bus.doorbell(Process::Task)?,
             monitor_bell: bus.doorbell(Process::Monitor)?,
-            sleeper: bus.sleeper(Process::Physics)?,
+            class: LoopClass::new(PHYSICS_PRIORITY, fifo),
+            fifo,
+            grid: Grid::new(TICK_NS, clock.now_ns(), fifo),
+            clock,
+            awaits: Await::Start,
+            speed: None,
             contacts_tick: None,
             published_ns: [0; PUBLISHED],
             overruns: 0,
+            overruns_before: 0,
             faults: 0,
             boxed: [0.0; 4],
         })
     }
 
-    /// One tick each millisecond on an absolute grid; physics waits for no process.
-    fn real_time(&mut self, fifo: bool) {
-        let mut grid = Grid::new(TICK_NS, monotonic_ns(), fifo);
-        let before = self.overruns;
+    /// How to wait for the next tick at the speed that was asked for last.
+    fn next(&mut self) -> Wait {
+        let speed = self.plant.speed();
+        if self.speed != Some(speed) {
+            self.follow(speed);
+        }
+        let now_ns = self.clock.now_ns();
+        if speed.is_lockstep() {
+            self.awaits = Await::Answers(Answers::since(now_ns));
+            return Wait::Spin;
+        }
+        self.awaits = Await::Deadline;
+        Wait::next_of(&mut self.grid, now_ns)
+    }
+
+    /// Starts the grid of another speed.
+    fn follow(&mut self, speed: Speed) {
+        self.speed = Some(speed);
+        self.class.follow(speed.is_lockstep());
+        self.health.set_lockstep(speed.is_lockstep());
+        let (period_ns, fifo) = match speed {
+            Speed::RealTime => (TICK_NS, self.fifo),
+            Speed::Max => (1, false),
+            Speed::Factor(factor) => (paced_period_ns(factor).max(1), false),
+        };
+        self.grid = Grid::new(period_ns, self.clock.now_ns(), fifo);
+        self.overruns_before = self.overruns;
         // A successor publishes the state it resumed from at once: all others wait for it.
         self.publish();
-        while !stop_requested() && self.plant.speed() == Speed::RealTime {
-            let wake = grid.wait();
-            self.overruns = before + grid.overruns();
-            // Inputs are taken after the wait: the newest command is at most as old as the
-            // answer to the last state.
-            self.take_inputs();
-            self.step();
-            self.publish();
-            // After the state is published: files and logs must not delay the controllers.
-            self.keep();
-            self.health
-                .cycle(self.tick, wake.woke_ns, wake.lateness_ns(), self.boxed);
-            self.health.publish_if_due(self.tick, monotonic_ns());
-        }
+    }
+
+    /// One tick each millisecond on an absolute grid; physics waits for no process.
+    fn real_time(&mut self, woke_ns: u64) -> Wait {
+        let wake = self.grid.woke(woke_ns);
+        self.overruns = self.overruns_before + self.grid.overruns();
+        // Inputs are taken after the wait: the newest command is at most as old as the
+        // answer to the last state.
+        self.take_inputs();
+        self.step();
+        self.publish();
+        // After the state is published: files and logs must not delay the controllers.
+        self.keep();
+        self.health
+            .cycle(self.tick, wake.woke_ns, wake.lateness_ns(), self.boxed);
+        self.health.publish_if_due(self.tick, self.clock.now_ns());
+        self.next()
     }
 
     /// Takes new messages; [`Self::step`] ignores those that another generation of physics
@@ -231,7 +295,7 @@ impl PhysicsProcess {
                 // tick.
                 if age < PUBLISHED as u64 {
                     self.health
-                        .applied(monotonic_ns().saturating_sub(published_ns));
+                        .applied(self.clock.now_ns().saturating_sub(published_ns));
                 }
             }
             self.plant.step(&StepInput { commands, decision });
@@ -273,7 +337,7 @@ impl PhysicsProcess {
             tap.keep(state);
         });
         self.tick = self.plant.world().tick();
-        self.published_ns[index(self.tick)] = monotonic_ns();
+        self.published_ns[index(self.tick)] = self.clock.now_ns();
         let counts = self.commands.iter().map(|c| c.subscriber().counts());
         let (rejected, fenced) = counts
             .chain([self.decision.subscriber().counts()])

@@ -53,30 +53,25 @@ impl PlanWorker {
         })
     }
 
-    /// Delivers the answer that is due at `tick` to `cycle`. A missing answer is waited for
-    /// while `waits` returns true; otherwise it is delivered in a later cycle. Allocates
-    /// nothing.
-    pub fn deliver(&mut self, cycle: &mut Cycle, tick: u64, mut waits: impl FnMut() -> bool) {
+    /// Delivers the answer that is due at `tick` to `cycle`. False while it is due and missing:
+    /// lockstep calls this again, real time in its next cycle. Allocates nothing.
+    pub fn deliver(&mut self, cycle: &mut Cycle, tick: u64) -> bool {
         let Some(asked) = cycle.plan_asked() else {
-            return;
+            return true;
         };
         // Also an early answer is taken at this tick only: a fast machine gives the same run.
         if tick < asked.tick + ANSWER_TICKS {
-            return;
+            return true;
         }
-        loop {
-            // A request that was made while the planner was busy is handed over here.
-            self.hand_over(cycle);
-            let done = |job: &&mut Box<Job>| job.is_answered && job.request.id == asked.id;
-            if let Some(job) = self.job.as_mut().filter(done) {
-                job.is_answered = false;
-                cycle.answer_plan(&mut job.answer);
-                return;
-            }
-            if !waits() {
-                return;
-            }
-        }
+        // A request that was made while the planner was busy is handed over here.
+        self.hand_over(cycle);
+        let done = |job: &&mut Box<Job>| job.is_answered && job.request.id == asked.id;
+        let Some(job) = self.job.as_mut().filter(done) else {
+            return false;
+        };
+        job.is_answered = false;
+        cycle.answer_plan(&mut job.answer);
+        true
     }
 
     /// Hands a new request of `cycle` to the planner. A request in work is finished first.

@@ -1,99 +1,115 @@
 //! Lockstep: a tick when all processes have answered the one before (ADR 0004).
 
-use std::time::Duration;
-
 use cell_bus::Doorbell;
 use cell_model::runs::spec::Speed;
-use cell_rt::signal::stop_requested;
-use cell_rt::{Grid, monotonic_ns};
+use cell_rt::Clock;
+use cell_worker::{Wait, Woken};
 use ipc_types::topic::Process;
 use ipc_types::{DECISION_TICKS, Header, TICK_NS};
 
-use super::PhysicsProcess;
+use super::{Await, PhysicsProcess};
 use crate::plant::Next;
 
 /// How long lockstep polls before it sleeps (ns): longer than a cycle of a controller.
 // Sleeping costs two switches of context per tick; an answer normally arrives within this
 // time.
 const SPIN_NS: u64 = 200_000;
-/// Interval at which a waiting physics repeats its doorbells and its status.
-// Many ticks, so a waiting physics costs no core, and far below the 100 ms of a process
-// without a sign of life.
-const NUDGE: Duration = Duration::from_millis(5);
 
-impl PhysicsProcess {
-    /// A tick when all processes have answered the one before, at most one in
-    /// `period_ns`.
-    pub(super) fn lockstep(&mut self, speed: Speed, period_ns: u64) {
-        let mut grid = Grid::new(period_ns.max(1), monotonic_ns(), false);
-        self.publish();
-        while !stop_requested() && self.plant.speed() == speed {
-            let began_ns = monotonic_ns();
-            if !self.wait_for_answers() {
-                break;
-            }
-            // Before the step: after it the newest saved state would be too old already.
-            self.resume.wait(self.tick);
-            if period_ns > 0 {
-                grid.wait();
-            }
-            let next = self.step();
-            if next == Next::Wait {
-                // Paused: the same tick is published again, at an interval that costs nothing.
-                self.sleeper.wait(NUDGE);
-                self.health.idle();
-            }
-            self.publish();
-            self.keep();
-            if next != Next::Wait {
-                self.health.cycle(self.tick, began_ns, 0, self.boxed);
-            }
-            self.health.publish_if_due(self.tick, monotonic_ns());
+/// A wait for the answers to a tick.
+#[derive(Clone, Copy)]
+pub(super) struct Answers {
+    began_ns: u64,
+    /// When it sleeps.
+    patient_until_ns: u64,
+    /// The process whose answer was missing before it slept.
+    slept_for: Option<Process>,
+}
+
+impl Answers {
+    pub(super) fn since(now_ns: u64) -> Self {
+        Self {
+            began_ns: now_ns,
+            patient_until_ns: now_ns + SPIN_NS,
+            slept_for: None,
         }
     }
+}
 
-    /// Waits until every controller has answered this tick and, on every tenth,
-    /// the task. `false` when asked to stop.
-    fn wait_for_answers(&mut self) -> bool {
-        let mut patient_until_ns = monotonic_ns() + SPIN_NS;
-        loop {
-            self.take_inputs();
-            self.recorder.refresh();
-            match self.missing() {
-                None => {
-                    self.health.note("");
-                    return true;
-                }
-                // A run that has ended waits for no answer, but continues to serve requests
-                // until the launcher stops it.
-                Some(_) if self.plant.is_ending() => return true,
-                Some(_) if monotonic_ns() < patient_until_ns => std::thread::yield_now(),
-                Some(process) => {
-                    if stop_requested() {
-                        return false;
-                    }
-                    // Woken by a doorbell: take the inputs at once, without the report below.
-                    if self.sleeper.wait(NUDGE) {
-                        continue;
-                    }
-                    self.health.idle();
-                    // Only the recorder has a limit of patience: a run without its controller
-                    // or task cannot continue, one without its recording can.
-                    if process == Process::Monitor {
-                        self.recorder.waited(monotonic_ns());
-                    }
-                    self.health
-                        .note(&format!("tick {} waits for {}", self.tick, process.name()));
-                    self.health.publish_if_due(self.tick, monotonic_ns());
-                    // A process that was started again subscribes during this wait and needs
-                    // this state to answer.
-                    self.state.update_connections();
-                    self.tap.update_connections();
-                    self.ring_all();
-                    patient_until_ns = monotonic_ns() + SPIN_NS;
-                }
+impl<C: Clock> PhysicsProcess<C> {
+    /// Makes the next tick, at most one in a period, if every controller has answered this one
+    /// and, on every tenth, the task.
+    pub(super) fn answers(&mut self, mut answers: Answers, woken: Woken) -> Wait {
+        // Woken by a doorbell: take the inputs at once, without the report.
+        if let Some(process) = answers.slept_for.take()
+            && !woken.by_bell
+        {
+            self.report_wait(process);
+            answers.patient_until_ns = self.clock.now_ns() + SPIN_NS;
+        }
+        self.take_inputs();
+        self.recorder.refresh();
+        match self.missing() {
+            None => self.health.note(""),
+            // A run that has ended waits for no answer, but continues to serve requests
+            // until the launcher stops it.
+            Some(_) if self.plant.is_ending() => {}
+            Some(_) if woken.now_ns < answers.patient_until_ns => {
+                self.awaits = Await::Answers(answers);
+                return Wait::Yield;
+            }
+            missing => {
+                answers.slept_for = missing;
+                self.awaits = Await::Answers(answers);
+                return Wait::Bell;
             }
         }
+        // Before the step: after it the newest saved state would be too old already.
+        self.resume.wait(self.tick);
+        if matches!(self.speed, Some(Speed::Factor(_))) {
+            self.awaits = Await::Pace(answers.began_ns);
+            return Wait::next_of(&mut self.grid, self.clock.now_ns());
+        }
+        self.lockstep(answers.began_ns)
+    }
+
+    /// For people, and for a process that may have missed the present tick.
+    fn report_wait(&mut self, missing: Process) {
+        self.health.idle();
+        // Only the recorder has a limit of patience: a run without its controller
+        // or task cannot continue, one without its recording can.
+        if missing == Process::Monitor {
+            self.recorder.waited(self.clock.now_ns());
+        }
+        self.health
+            .note(&format!("tick {} waits for {}", self.tick, missing.name()));
+        self.health.publish_if_due(self.tick, self.clock.now_ns());
+        // A process that was started again subscribes during this wait and needs
+        // this state to answer.
+        self.state.update_connections();
+        self.tap.update_connections();
+        self.ring_all();
+    }
+
+    /// A tick that all processes have answered.
+    pub(super) fn lockstep(&mut self, began_ns: u64) -> Wait {
+        let next = self.step();
+        if next == Next::Wait {
+            // Paused: the same tick is published again, at an interval that costs nothing.
+            self.awaits = Await::Request(began_ns);
+            return Wait::Bell;
+        }
+        self.finish_lockstep(began_ns, next)
+    }
+
+    /// Publishes the state after a turn that stepped or, paused, did not.
+    pub(super) fn finish_lockstep(&mut self, began_ns: u64, next: Next) -> Wait {
+        self.publish();
+        self.keep();
+        if next != Next::Wait {
+            self.health.cycle(self.tick, began_ns, 0, self.boxed);
+        }
+        self.health.publish_if_due(self.tick, self.clock.now_ns());
+        self.next()
     }
 
     fn ring_all(&mut self) {

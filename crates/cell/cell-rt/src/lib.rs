@@ -30,7 +30,7 @@ pub mod stdout;
 pub mod user_dir;
 
 pub use black_box::{BlackBox, BoxedCycle};
-pub use clock::{monotonic_ns, sleep_until};
+pub use clock::{Clock, Monotonic, monotonic_ns, sleep_until};
 pub use histogram::Histogram;
 pub use lock::Lock;
 pub use periodic::{Grid, Wake};

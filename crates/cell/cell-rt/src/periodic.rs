@@ -73,31 +73,18 @@ impl Grid {
 
     /// Waits for the next deadline.
     pub fn wait(&mut self) -> Wake {
-        self.wait_with(|| {})
+        let deadline_ns = self.plan(monotonic_ns());
+        self.woke(wait_until(deadline_ns, self.spin_ns))
     }
 
-    /// As [`Self::wait`], and calls `poll` while it spins: serving late work or
-    /// warming a cache. `poll` must be short.
-    pub fn wait_with(&mut self, mut poll: impl FnMut()) -> Wake {
-        let deadline_ns = self.plan(monotonic_ns());
-        // Interrupts and slow wake-ups fall into the part that is spun anyway.
-        sleep_until(deadline_ns.saturating_sub(self.spin_ns));
-        let mut woke_ns = monotonic_ns();
-        while woke_ns < deadline_ns {
-            poll();
-            core::hint::spin_loop();
-            woke_ns = monotonic_ns();
-        }
-        self.woke(woke_ns);
-        Wake {
-            deadline_ns,
-            woke_ns,
-        }
+    /// How long before a deadline the thread stops sleeping.
+    pub fn spin_ns(&self) -> u64 {
+        self.spin_ns
     }
 
     /// The deadline for a cycle that is waited for from `now_ns` on, shifting
     /// the grid if the cycle before ran over.
-    fn plan(&mut self, now_ns: u64) -> u64 {
+    pub fn plan(&mut self, now_ns: u64) -> u64 {
         if now_ns > self.deadline_ns {
             self.overruns += 1;
         }
@@ -109,52 +96,32 @@ impl Grid {
 
     /// Sets the deadline after a cycle that started at `woke_ns`. Ordinary lateness keeps the
     /// grid, so there is no drift. A cycle that started a whole period late starts a new grid.
-    fn woke(&mut self, woke_ns: u64) {
+    pub fn woke(&mut self, woke_ns: u64) -> Wake {
+        let deadline_ns = self.deadline_ns;
         if woke_ns >= self.deadline_ns + self.period_ns {
             self.overruns += 1;
             self.deadline_ns = woke_ns;
         }
         self.deadline_ns += self.period_ns;
-    }
-}
-
-/// Waits until `poll` returns true: sleeps until shortly before `expected_ns`, spins around it,
-/// and then sleeps in short naps until `give_up_ns`. Returns whether `poll` returned true.
-pub fn wait_until_with(
-    expected_ns: u64,
-    give_up_ns: u64,
-    fifo: bool,
-    mut poll: impl FnMut() -> bool,
-) -> bool {
-    let spin_ns = if fifo { SPIN_FIFO_NS } else { SPIN_OTHER_NS };
-    // A first look: a message that is already there needs no sleep.
-    if poll() {
-        return true;
-    }
-    sleep_until(expected_ns.saturating_sub(spin_ns).min(give_up_ns));
-    loop {
-        if poll() {
-            return true;
-        }
-        // The clock is read after `poll`, so a late message is
-        // still found once before giving up.
-        let now_ns = monotonic_ns();
-        if now_ns >= give_up_ns {
-            return false;
-        }
-        if now_ns > expected_ns + spin_ns {
-            // A message this late may take long; a spinning thread
-            // would keep its sender from its core.
-            sleep_until((now_ns + NAP_NS).min(give_up_ns));
-        } else {
-            core::hint::spin_loop();
+        Wake {
+            deadline_ns,
+            woke_ns,
         }
     }
 }
 
-/// Length of a nap of [`wait_until_with`].
-// Short against a cycle of 1 ms: a message is taken soon after its arrival.
-const NAP_NS: u64 = 50_000;
+/// Sleeps until `spin_ns` before `deadline_ns` and spins for the rest; returns the time of the
+/// end.
+pub fn wait_until(deadline_ns: u64, spin_ns: u64) -> u64 {
+    // Interrupts and slow wake-ups fall into the part that is spun anyway.
+    sleep_until(deadline_ns.saturating_sub(spin_ns));
+    let mut woke_ns = monotonic_ns();
+    while woke_ns < deadline_ns {
+        core::hint::spin_loop();
+        woke_ns = monotonic_ns();
+    }
+    woke_ns
+}
 
 #[cfg(test)]
 mod tests {
@@ -204,18 +171,5 @@ mod tests {
             assert!(wake.deadline_ns > last);
             last = wake.deadline_ns;
         }
-    }
-
-    #[test]
-    fn waiting_ends_with_the_event_or_at_the_limit() {
-        let now = monotonic_ns();
-        let mut calls = 0;
-        assert!(wait_until_with(now + 10, now + 100 * MS, false, || {
-            calls += 1;
-            calls == 3
-        }));
-        let limit = monotonic_ns() + 2 * MS;
-        assert!(!wait_until_with(0, limit, true, || false));
-        assert!(monotonic_ns() >= limit);
     }
 }

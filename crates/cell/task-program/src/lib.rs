@@ -15,7 +15,6 @@ mod cli;
 mod evaluate;
 mod failure;
 pub mod inspect;
-mod keyframes;
 mod message_file;
 mod output;
 pub mod process;

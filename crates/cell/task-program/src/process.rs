@@ -18,11 +18,11 @@
 
 mod trace;
 
-use std::time::Duration;
-
-use cell_bus::{Bus, BusError, Doorbell, Gate, Publisher, Sleeper, Subscriber};
-use cell_rt::{monotonic_ns, priority::TASK_PRIORITY, signal::stop_requested};
-use cell_worker::{HealthReporter, LoopClass, RunError, Start};
+use cell_bus::{Bus, BusError, Doorbell, Publisher, Subscriber};
+use cell_rt::{Clock, Monotonic, priority::TASK_PRIORITY};
+use cell_worker::{
+    DELIVERY_NS, Gated, HealthReporter, Keyframes, LoopClass, RunError, Start, Turn, Wait, Woken,
+};
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::world::FLAG_LOCKSTEP;
 use ipc_types::{ArmStatus, DECISION_TICKS, Decision, MAX_ARMS, TraceLine, Wire, WorldState};
@@ -31,17 +31,8 @@ use robocell_task::output::ROOM_FOR_LINES;
 use robocell_task::starts::{Begun, Decider};
 use robocell_task::{Policies, Task, TaskError, TraceLineText};
 
-use crate::keyframes::Keyframes;
 use crate::message_file::MessageFile;
 use crate::slots::{Slots, SlotsError};
-
-/// Longest sleep between two checks of the state.
-// Half of a decision period: if a doorbell is lost, the next decision is at most 5 ms late.
-const NUDGE: Duration = Duration::from_millis(5);
-/// Longest wait in lockstep for the statuses of the tick before, which were sent, but may
-/// not have reached this reader yet (ns).
-// Bounded: a controller that was killed before it published would stop the cell for ever.
-const DELIVERY_NS: u64 = 2_000_000_000;
 
 /// Why a task cannot run.
 #[derive(Debug, thiserror::Error)]
@@ -80,29 +71,30 @@ pub fn run(start: &Start, policies: &Policies) -> Result<(), ProcessError> {
     let task = policies.task(&start.cell, &start.spec.policy)?;
     let slots = Slots::open(&start.spec.run_dir, start.spec.run)?;
     let bus = start.join(Process::Task)?;
-    let mut process = TaskProcess::new(&bus, task, slots, start)?;
+    let mut bell = bus.sleeper(Process::Task)?;
+    let mut process = TaskProcess::new(&bus, task, slots, start, Monotonic)?;
     // Pages are mapped before the loop: a page fault would delay a decision.
     start.populate();
-    while !stop_requested() {
-        process.turn();
-    }
+    cell_worker::run(&mut process, &mut bell);
     Ok(())
 }
 
-struct TaskProcess {
+struct TaskProcess<C> {
     decider: Decider,
     slots: Slots,
     message_file: MessageFile,
     state: Subscriber<WorldState>,
-    statuses: Vec<(Subscriber<ArmStatus>, Gate<ArmStatus>)>,
+    /// By arm.
+    statuses: Vec<Gated<ArmStatus>>,
     decision: Publisher<Decision>,
     trace: Publisher<TraceLine>,
     keyframes: Keyframes,
     lines: Vec<TraceLineText>,
     bells: Vec<Doorbell>,
-    sleeper: Sleeper,
     class: LoopClass,
     health: HealthReporter,
+    clock: C,
+    awaits: Await,
     message: Decision,
     begun: bool,
     /// Whether an earlier process of this task ran in this cell.
@@ -114,15 +106,48 @@ struct TaskProcess {
     drawn_ns: u64,
 }
 
-impl TaskProcess {
-    fn new(bus: &Bus, task: Task, slots: Slots, start: &Start) -> Result<Self, BusError> {
+/// The message that has to arrive before the task continues.
+#[derive(Clone, Copy)]
+enum Await {
+    /// A state on which a decision is due.
+    State,
+    /// In lockstep the statuses of this arm and those after it, for a decision that began at
+    /// this time.
+    Statuses(usize, u64),
+}
+
+impl<C: Clock> Turn for TaskProcess<C> {
+    /// Reads the newest state and decides if a decision is due. All of it is one turn, unless
+    /// lockstep has to wait for a status.
+    fn turn(&mut self, woken: Woken) -> Wait {
+        if matches!(self.awaits, Await::State) && self.state.take().is_some() && self.is_due() {
+            self.forget_statuses();
+            self.awaits = Await::Statuses(0, self.clock.now_ns());
+        }
+        if let Await::Statuses(arm, began_ns) = self.awaits {
+            let given_up = woken.now_ns > began_ns + DELIVERY_NS;
+            if let Err(arm) = self.take_statuses(arm, given_up) {
+                self.awaits = Await::Statuses(arm, began_ns);
+                // Another process may wait for this process in the same way.
+                self.decision.update_connections();
+                return Wait::Yield;
+            }
+            self.awaits = Await::State;
+            self.decide(began_ns);
+        }
+        self.finish()
+    }
+}
+
+impl<C: Clock> TaskProcess<C> {
+    fn new(bus: &Bus, task: Task, slots: Slots, start: &Start, clock: C) -> Result<Self, BusError> {
         let fifo = start.real_time_priority(TASK_PRIORITY);
         let mut bells = vec![bus.doorbell(Process::Physics)?];
         // Controllers wait for the decision in lockstep, so their doorbells ring with it, too.
         let mut statuses = Vec::new();
         for arm in 0..start.spec.arms {
             bells.push(bus.doorbell(Process::Controller(arm))?);
-            statuses.push((bus.subscriber(TopicId::ArmStatus(arm))?, Gate::new()));
+            statuses.push(Gated::new(bus.subscriber(TopicId::ArmStatus(arm))?));
         }
         Ok(Self {
             decider: Decider::new(task),
@@ -135,9 +160,10 @@ impl TaskProcess {
             keyframes: Keyframes::new(bus.publisher(TopicId::Keyframe(Process::Task))?),
             lines: Vec::with_capacity(ROOM_FOR_LINES),
             bells,
-            sleeper: bus.sleeper(Process::Task)?,
             class: LoopClass::new(TASK_PRIORITY, fifo),
             health: HealthReporter::new(start, bus, Process::Task, fifo)?,
+            clock,
+            awaits: Await::State,
             message: Decision::zeroed(),
             begun: false,
             // The launcher counts the starts of a process; the first one has no predecessor.
@@ -148,12 +174,9 @@ impl TaskProcess {
         })
     }
 
-    /// Reads the newest state and decides if a decision is due.
-    fn turn(&mut self) {
-        if self.state.take().is_some() {
-            self.work();
-        }
-        let now_ns = monotonic_ns();
+    /// Ends a turn.
+    fn finish(&mut self) -> Wait {
+        let now_ns = self.clock.now_ns();
         self.draw_while_nothing_moves(now_ns);
         let counts = self.state.counts();
         self.health.totals(0, counts.rejected, counts.fenced);
@@ -167,14 +190,15 @@ impl TaskProcess {
         // Every turn counts, also one that finds the same state again: a task whose turns stop
         // counting is reported as hung.
         self.health.idle();
-        self.sleeper.wait(NUDGE);
+        Wait::Bell
     }
 
-    fn work(&mut self) {
+    /// Whether a decision on the newest state is due.
+    fn is_due(&mut self) -> bool {
         // Without a valid state there is nothing to decide on; the subscriber keeps the newest
         // one.
         let Some(state) = self.state.current() else {
-            return;
+            return false;
         };
         let (generation, tick) = (state.header.generation, state.header.tick);
         let lockstep = state.has(FLAG_LOCKSTEP);
@@ -192,15 +216,12 @@ impl TaskProcess {
         // In real time a state of a tenth tick may be missed; the next one is used instead, so
         // that no decision is left out. In lockstep every tenth tick is seen, and only it
         // counts.
-        let due = match self.decider.decided() {
+        match self.decider.decided() {
             Some((g, last)) if g == generation && tick >= last => {
                 let on_the_tick = tick.is_multiple_of(DECISION_TICKS) && tick > last;
                 on_the_tick || (!lockstep && tick / DECISION_TICKS > last / DECISION_TICKS)
             }
             _ => !lockstep || tick.is_multiple_of(DECISION_TICKS),
-        };
-        if due {
-            self.decide(generation, tick, lockstep);
         }
     }
 
@@ -240,17 +261,15 @@ impl TaskProcess {
         let _sent = self.publish();
     }
 
-    fn decide(&mut self, generation: u32, tick: u64, lockstep: bool) {
-        let began_ns = monotonic_ns();
-        // Before `begin`: statuses of an earlier start of physics are removed here.
-        self.take_statuses(generation, tick, lockstep);
+    /// Decides on the newest state, with the statuses that were taken.
+    fn decide(&mut self, began_ns: u64) {
         let Some(state) = self.state.current() else {
             return;
         };
+        let (generation, tick) = (state.header.generation, state.header.tick);
         let mut statuses = [None; MAX_ARMS];
-        for (slot, (_, gate)) in statuses.iter_mut().zip(&self.statuses) {
-            // A status of another start of physics describes a world that no longer exists.
-            *slot = gate.current().filter(|s| s.header.answers(generation));
+        for (slot, input) in statuses.iter_mut().zip(&self.statuses) {
+            *slot = input.get(generation);
         }
         self.lines.clear();
         let begun = self.decider.begin(state, &mut self.slots);
@@ -269,7 +288,10 @@ impl TaskProcess {
         // Decisions of a resumed task depend on a checkpoint that the recording does not have
         // yet.
         let is_resumed = !matches!(begun, Begun::Continued | Begun::Reconciled);
-        if sent && (self.keyframes.is_due(tick) || is_resumed) {
+        // States between two tenth ticks are recorded in part only, so a decision on one needs
+        // a checkpoint, too.
+        let is_between = !tick.is_multiple_of(DECISION_TICKS);
+        if sent && (self.keyframes.is_due(tick, is_between) || is_resumed) {
             self.send_keyframe(checkpoint);
         }
         self.send_part();
@@ -281,35 +303,33 @@ impl TaskProcess {
             .cycle(tick, began_ns, 0, [outcome, 0.0, 0.0, 0.0]);
     }
 
-    /// Reads the newest status caused by an earlier tick; in lockstep that of the
-    /// tick before, for which it waits.
-    fn take_statuses(&mut self, generation: u32, tick: u64, lockstep: bool) {
-        let patient_until_ns = monotonic_ns() + DELIVERY_NS;
-        // Physics was restarted or the scene was reset: statuses of before would pass as newer,
-        // since their ticks are larger.
-        if self
-            .decider
-            .decided()
-            .is_none_or(|(g, t)| g != generation || t > tick)
-        {
-            self.statuses.iter_mut().for_each(|(_, gate)| gate.clear());
+    /// Removes the statuses of before if physics was restarted or the scene was reset.
+    // Called before `begin`, which takes note of the new start.
+    fn forget_statuses(&mut self) {
+        let newest = self.state.current().map(|state| state.header);
+        let is_back = |(g, t)| newest.is_none_or(|new| g != new.generation || t > new.tick);
+        if self.decider.decided().is_none_or(is_back) {
+            self.statuses.iter_mut().for_each(Gated::clear);
         }
-        for (subscriber, gate) in &mut self.statuses {
-            loop {
-                gate.pull(subscriber);
-                let found = gate.advance(tick).filter(|s| s.header.answers(generation));
-                // The status of this tick is kept back even if it arrived: which one arrives
-                // first would depend on the scheduler (ADR 0004).
-                let complete = found.map(|s| s.header.tick) >= tick.checked_sub(1);
-                let given_up = monotonic_ns() > patient_until_ns || stop_requested();
-                if !lockstep || complete || given_up {
-                    break;
-                }
-                // Another process may wait for this process in the same way.
-                self.decision.update_connections();
-                std::thread::yield_now();
+    }
+
+    /// Reads the newest status, caused by an earlier tick, of `arm` and those after it. The
+    /// error is the arm whose status of the tick before is missing in lockstep, unless that was
+    /// `given_up`.
+    fn take_statuses(&mut self, arm: usize, given_up: bool) -> Result<(), usize> {
+        let Some(state) = self.state.current() else {
+            return Ok(());
+        };
+        let (generation, tick) = (state.header.generation, state.header.tick);
+        let waits = state.has(FLAG_LOCKSTEP) && !given_up;
+        for (arm, input) in self.statuses.iter_mut().enumerate().skip(arm) {
+            // The status of this tick is kept back even if it arrived: which one arrives first
+            // would depend on the scheduler (ADR 0004).
+            if !input.choose(generation, tick, tick.checked_sub(1)) && waits {
+                return Err(arm);
             }
         }
+        Ok(())
     }
 
     /// Publishes the decision and rings the doorbells. `false` if it was not sent: another

@@ -1,6 +1,6 @@
 //! The lines of the task for people: its start, lost checkpoints, pictures and statuses.
 
-use cell_rt::monotonic_ns;
+use cell_rt::Clock;
 use ipc_types::trace::{TraceEvent, TraceKind};
 use ipc_types::{Header, TICK_NS, TraceLine};
 
@@ -17,7 +17,7 @@ const STATUS_TICKS: u64 = 100;
 // the 1024 that the topic keeps (ADR 0009).
 const PICTURE_TICKS: u64 = 1000;
 
-impl TaskProcess {
+impl<C: Clock> TaskProcess<C> {
     pub(super) fn report(&mut self, begun: &Begun, restored: Restored, tick: u64) {
         match begun {
             Begun::Resumed if restored == Restored::All => {
@@ -54,7 +54,7 @@ impl TaskProcess {
             .is_none_or(|drawn| tick >= drawn + PICTURE_TICKS || tick < drawn)
         {
             self.drawn = Some(tick);
-            self.drawn_ns = monotonic_ns();
+            self.drawn_ns = self.clock.now_ns();
             self.decider.task.trace_pictures(&mut self.lines);
         }
         if tick.is_multiple_of(STATUS_TICKS) {
