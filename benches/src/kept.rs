@@ -74,7 +74,7 @@ impl KeptPhysics {
             // After the tick, where physics does it: a late start
             // of the next tick is its effect.
             let began_ns = monotonic_ns();
-            self.keeper.turn(&self.plant);
+            self.keeper.save_if_due(&self.plant);
             keeping.record(monotonic_ns().saturating_sub(began_ns));
         }
     }

@@ -25,8 +25,9 @@ fn state_after(world: &mut World, ticks: usize) -> WorldState {
 
 /// Gives a joint of the arm a velocity (rad/s) within the engine.
 fn set_rate(world: &mut World, rate: f64) {
-    let link = world.arms[0].bodies[4];
-    let joints = &mut world.engine.multibody_joints;
+    let (engine, arms) = world.engine_and_arms();
+    let link = arms.bodies()[0].bodies()[4];
+    let joints = &mut engine.rapier_mut().multibody_joints;
     let multibody = joints.rigid_body_link(link).unwrap().multibody;
     let multibody = joints.get_multibody_mut(multibody).unwrap();
     multibody.generalized_velocity_mut()[3] = rate;
@@ -35,8 +36,9 @@ fn set_rate(world: &mut World, rate: f64) {
 #[test]
 fn a_lost_object_is_reported_and_the_rest_goes_on() {
     let mut world = world();
-    let handle = world.objects.bodies[1];
-    world.engine.bodies[handle].set_linvel(Vector::new(f64::NAN, 0.0, 0.0), true);
+    let (engine, _) = world.engine_and_arms();
+    let body = engine.object_mut(1).unwrap();
+    body.set_linvel(Vector::new(f64::NAN, 0.0, 0.0), true);
     let state = state_after(&mut world, 50);
     assert_eq!(state.quarantined, 1);
     let enabled: Vec<bool> = state
@@ -79,14 +81,14 @@ fn a_lost_link_latches_a_fault_until_the_scene_is_reset() {
 /// the first joint from its start, at the end of the push and 1 s later (rad).
 fn pushed(world: &mut World) -> [f64; 2] {
     let before = state_after(world, 1).arms[0].joint_positions[0];
-    let tool = world.arms[0].bodies[7];
+    let tool = world.engine_and_arms().1.bodies()[0].bodies()[7];
     for _ in 0..200 {
-        let body = &mut world.engine.bodies[tool];
+        let body = &mut world.engine_and_arms().0.rapier_mut().bodies[tool];
         body.reset_forces(true);
         body.add_force(Vector::new(0.0, 600.0, 0.0), true);
         world.step(&StepInput::default());
     }
-    world.engine.bodies[tool].reset_forces(true);
+    world.engine_and_arms().0.rapier_mut().bodies[tool].reset_forces(true);
     let off = |state: &WorldState| state.arms[0].joint_positions[0] - before;
     let pushed = off(&state_after(world, 1));
     [pushed, off(&state_after(world, 1_000))]
@@ -123,7 +125,7 @@ fn an_arm_on_its_brakes_stays_where_it_is_pushed_and_one_in_hold_comes_back() {
 #[test]
 fn an_arm_that_is_kept_outside_its_limits_is_at_fault_and_the_joint_is_named() {
     let mut world = world();
-    let watchdog = &mut world.memory.arms[0].watchdog;
+    let (watchdog, joints) = world.engine_and_arms().1.watchdog_and_joints(0);
     for _ in 0..499 {
         watchdog.count_outside(1);
     }
@@ -135,7 +137,7 @@ fn an_arm_that_is_kept_outside_its_limits_is_at_fault_and_the_joint_is_named() {
     watchdog.count_outside(1);
     assert!(watchdog.fault);
     assert_eq!(watchdog.violations, 499 + 998 + 1);
-    world.measured[0].positions[2] = 99.0;
+    joints[2] = 99.0;
     let words = world.fault_words();
     assert!(
         words.contains("arm 0") && words.contains("'panda_joint3' stays at 99.000"),

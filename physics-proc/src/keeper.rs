@@ -16,8 +16,8 @@ impl Keeper {
         Self(Resume::open(run_dir, 1, false, plant))
     }
 
-    /// Keeps the state if it is due; called after each tick.
-    pub fn turn(&mut self, plant: &Plant) {
+    /// Saves the state if it is due; called after each tick.
+    pub fn save_if_due(&mut self, plant: &Plant) {
         self.0.announce(plant);
         self.0.save(plant);
     }

@@ -26,7 +26,7 @@ use cell_model::Cell;
 
 /// Sentences about properties of this cell that the engine does not simulate as expected.
 pub fn warnings(cell: &Cell) -> Vec<String> {
-    let mut said = engine::entered::warnings(cell);
-    said.extend(engine::masses::warning(cell));
-    said
+    let mut warnings = engine::entered::warnings(cell);
+    warnings.extend(engine::masses::warning(cell));
+    warnings
 }

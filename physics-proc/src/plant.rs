@@ -26,6 +26,7 @@ use ipc_types::operator::{OperatorAction, ReplyCode};
 use ipc_types::world::{FLAG_ENDING, FLAG_LOCKSTEP, FLAG_PAUSED, PauseCause};
 use ipc_types::{Decision, Header, OperatorReply, OperatorRequest, TICK_NS, Text, WorldState};
 
+use crate::operator::requests::Reply;
 use crate::resume::due::Switches;
 use crate::world::{StepInput, World, WorldError};
 
@@ -73,7 +74,7 @@ impl Plant {
         if spec.until_done {
             // No other process gives the start event to a run that ends by itself.
             let start = OperatorRequest::zeroed_at_identity();
-            let _accepted = world.operate(OperatorAction::TaskStart, &start);
+            let _accepted = world.execute_request(OperatorAction::TaskStart, &start);
         }
         Ok(Self {
             world,
@@ -179,30 +180,25 @@ impl Plant {
         self.ending
     }
 
-    /// Acts on a request and answers it.
-    pub fn operate(&mut self, request: &OperatorRequest) -> OperatorReply {
-        let reply = self.answer(request);
-        let is_accepted = reply.code == ReplyCode::Accepted.code();
-        // Numbered here, not in `answer`: a line of the script is run again by the successor's
-        // own script and must not be repeated as a request as well.
-        self.accepted += u64::from(is_accepted && has_effect(request));
-        reply
-    }
-
-    /// As [`Plant::operate`], for a request that a successor makes again by itself.
-    fn answer(&mut self, request: &OperatorRequest) -> OperatorReply {
+    /// Answers a request of the operator: the plant executes the requests to its clock, the
+    /// world all others.
+    pub fn answer_request(&mut self, request: &OperatorRequest) -> OperatorReply {
         let (code, message) = match action_of(request) {
             None => (
                 ReplyCode::OutOfRange,
                 format!("action {} is unknown", request.action),
             ),
-            Some(action) => self.act(action, request),
+            Some(action) => match self.set_clock(action, request) {
+                Some(reply) => reply,
+                None => self.world.execute_request(action, request),
+            },
         };
         let message = self.with_pause(action_of(request), code, message);
         // A page sends one with every frame: counting them would save a state every 100 ticks.
         let is_frequent = request.action == OperatorAction::Drag.code();
-        let is_counted = code == ReplyCode::Accepted && has_effect(request) && !is_frequent;
-        self.requests += u64::from(is_counted);
+        let is_accepted = code == ReplyCode::Accepted && has_effect(request);
+        self.requests += u64::from(is_accepted && !is_frequent);
+        self.accepted += u64::from(is_accepted);
         let is_step = request.action == OperatorAction::Step.code();
         // Only a request for steps reports the tick at which they end.
         let left = self.steps_left.filter(|_| is_step);
@@ -246,7 +242,8 @@ impl Plant {
         message + "; time is paused, too"
     }
 
-    fn act(&mut self, action: OperatorAction, request: &OperatorRequest) -> (ReplyCode, String) {
+    /// Executes a request to the clock; `None` for any other one.
+    fn set_clock(&mut self, action: OperatorAction, request: &OperatorRequest) -> Option<Reply> {
         match action {
             OperatorAction::Ping => {}
             OperatorAction::Pause => self.pause(),
@@ -269,12 +266,12 @@ impl Plant {
             }
             OperatorAction::Speed => match Speed::of_factor(request.seconds) {
                 Some(speed) => self.speed = speed,
-                None => return wrong_speed(request.seconds),
+                None => return Some(wrong_speed(request.seconds)),
             },
             OperatorAction::End => self.ending = true,
-            other => return self.world.operate(other, request),
+            _ => return None,
         }
-        (ReplyCode::Accepted, String::new())
+        Some((ReplyCode::Accepted, String::new()))
     }
 
     fn pause_cause(&self) -> u32 {
@@ -315,7 +312,7 @@ fn action_of(request: &OperatorRequest) -> Option<OperatorAction> {
     OperatorAction::from_code(request.action)
 }
 
-fn wrong_speed(factor: f64) -> (ReplyCode, String) {
+fn wrong_speed(factor: f64) -> Reply {
     let allowed = "0 (as fast as it goes), 1 (real time), or 0.01 to 50";
     (
         ReplyCode::OutOfRange,

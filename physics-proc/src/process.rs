@@ -271,7 +271,7 @@ impl<C: Clock> PhysicsProcess<C> {
         let plant = &mut self.plant;
         let resume = &mut self.resume;
         self.operator.poll(REQUESTS_PER_TICK, |request| {
-            let reply = plant.operate(request);
+            let reply = plant.answer_request(request);
             resume.note(plant, request, &reply);
             reply
         });
@@ -310,7 +310,7 @@ impl<C: Clock> PhysicsProcess<C> {
         if std::mem::replace(&mut self.faults, faults) < faults {
             cell_worker::warn(format_args!("{}", self.plant.world().fault_words()));
         }
-        self.lost.look(self.plant.world());
+        self.lost.report(self.plant.world());
         self.resume.save(&self.plant);
         let mut lost = self.resume.lost(self.tick);
         if lost.is_empty() {
@@ -318,7 +318,7 @@ impl<C: Clock> PhysicsProcess<C> {
         }
         self.health
             .fault((!lost.is_empty()).then_some(lost.as_str()));
-        self.report.turn(&self.plant);
+        self.report.send_new(&self.plant);
     }
 
     fn publish(&mut self) {

@@ -44,7 +44,7 @@ impl ScriptReport {
     }
 
     /// Hands new replies to the thread. A full channel is tried again at the next call.
-    pub(crate) fn turn(&mut self, plant: &Plant) {
+    pub(crate) fn send_new(&mut self, plant: &Plant) {
         let replies = plant.script_replies();
         // Fewer: physics resumed from a state before the last ones.
         if replies.len() == self.sent {

@@ -97,7 +97,7 @@ fn advance(sim: &mut OneProcess) -> Result<(), FleetError> {
 fn reset_in_place(sim: &mut OneProcess) -> Result<(), FleetError> {
     let mut request = OperatorRequest::zeroed();
     request.action = OperatorAction::Reset.code();
-    sim.operate(&request);
+    sim.answer_request(&request);
     sim.tick()?;
     Ok(())
 }

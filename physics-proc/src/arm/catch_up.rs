@@ -13,19 +13,21 @@ const GAIN: f64 = 0.3;
 // Far below what a tracking error or a limit's tolerance can resolve.
 const ON_PATH: f64 = 1.0e-8;
 
-/// One tick from the setpoint `before` towards `told`, the newest point of the path. On the
-/// path the result is `told`, to the bit.
-pub(crate) fn catch_up(before: &RampState, told: &RampState, spec: &JointSpec) -> RampState {
+/// One tick from the setpoint `before` towards `commanded`, the newest point of the path. On the
+/// path the result is `commanded`, to the bit.
+pub(crate) fn catch_up(before: &RampState, commanded: &RampState, spec: &JointSpec) -> RampState {
     let change = spec.acceleration * TICK_S;
-    let ahead = told.position - before.position - 0.5 * (before.velocity + told.velocity) * TICK_S;
-    let is_near = (told.velocity - before.velocity).abs() <= change && ahead.abs() <= ON_PATH;
+    let ahead = commanded.position
+        - before.position
+        - 0.5 * (before.velocity + commanded.velocity) * TICK_S;
+    let is_near = (commanded.velocity - before.velocity).abs() <= change && ahead.abs() <= ON_PATH;
     if is_near {
-        return *told;
+        return *commanded;
     }
     // Not faster than half of the acceleration limit can take back, or it would overshoot.
     let most = (spec.acceleration * ahead.abs()).sqrt();
     let correction = (GAIN * ahead / TICK_S).clamp(-most, most);
-    let wanted = (told.velocity + correction).clamp(-spec.velocity, spec.velocity);
+    let wanted = (commanded.velocity + correction).clamp(-spec.velocity, spec.velocity);
     let velocity = wanted.clamp(before.velocity - change, before.velocity + change);
     let position = before.position + 0.5 * (before.velocity + velocity) * TICK_S;
     RampState {
@@ -104,18 +106,18 @@ mod tests {
         // Every tick, one missed of each three, bursts of five.
         let patterns: [fn(usize) -> bool; 3] =
             [|_| true, |tick| tick % 3 != 0, |tick| tick % 60 >= 5];
-        for (index, comes) in patterns.into_iter().enumerate() {
+        for (index, arrives) in patterns.into_iter().enumerate() {
             let mut setpoint = RampState::default();
             let (mut farthest, mut missed) = (0.0_f64, 0);
-            for (tick, told) in path.iter().enumerate().skip(1) {
+            for (tick, commanded) in path.iter().enumerate().skip(1) {
                 let before = setpoint;
-                let is_late = !comes(tick) && tick < 1_100;
+                let is_late = !arrives(tick) && tick < 1_100;
                 setpoint = if is_late {
                     missed += 1;
                     coast(&before, missed, &spec)
                 } else {
                     missed = 0;
-                    catch_up(&before, told, &spec)
+                    catch_up(&before, commanded, &spec)
                 };
                 let made = (setpoint.velocity - before.velocity).abs() / TICK_S;
                 assert!(
@@ -123,7 +125,7 @@ mod tests {
                     "{index} {tick}: {made}"
                 );
                 assert!(setpoint.velocity.abs() <= spec.velocity * (1.0 + 1.0e-9));
-                farthest = farthest.max((setpoint.position - told.position).abs());
+                farthest = farthest.max((setpoint.position - commanded.position).abs());
             }
             assert_eq!(setpoint, *path.last().unwrap(), "{index}");
             let allowed = [1.0e-12, 5.0e-3, 0.2][index];

@@ -25,19 +25,20 @@ fn link<'w>(engine: &'w mut PhysicsWorld, arm: &Arm) -> &'w mut MultibodyLink {
 /// Drives the joint for a tick and returns its position; `keeps` has the engine keep its
 /// limit in any case.
 fn driven(world: &mut World, target: &DriveTarget, keeps: bool) -> f64 {
-    let arm = &world.arms[0];
-    arm.drive(&mut world.engine, JOINT, target);
+    let (engine, arms) = world.engine_and_arms();
+    let (engine, arm) = (engine.rapier_mut(), &arms.bodies[0]);
+    arm.drive(engine, JOINT, target);
     if keeps {
-        link(&mut world.engine, arm).joint.data.limit_axes |= JointAxesMask::ANG_X;
+        link(engine, arm).joint.data.limit_axes |= JointAxesMask::ANG_X;
     }
-    world.engine.step();
-    link(&mut world.engine, arm).joint.coords()[ANGLE]
+    engine.step();
+    link(engine, arm).joint.coords()[ANGLE]
 }
 
 #[test]
 fn a_joint_that_is_driven_into_its_limit_stops_there_as_with_a_limit_that_is_always_in_force() {
     let (mut near, mut always) = (world(), world());
-    let spec = &near.arms[0].robot.joints[JOINT];
+    let spec = &near.engine_and_arms().1.bodies[0].robot.joints[JOINT];
     let (upper, effort) = (spec.upper, spec.effort);
     let target = DriveTarget {
         position: upper + 0.2,
@@ -61,14 +62,17 @@ fn a_joint_that_is_driven_into_its_limit_stops_there_as_with_a_limit_that_is_alw
 #[test]
 fn a_limit_that_is_far_is_not_part_of_the_solution() {
     let mut world = world();
-    let spec = &world.arms[0].robot.joints[JOINT];
+    let spec = &world.engine_and_arms().1.bodies[0].robot.joints[JOINT];
     let target = DriveTarget {
         position: spec.home,
         max_effort: spec.effort,
         ..DriveTarget::default()
     };
     driven(&mut world, &target, false);
-    let arm = &world.arms[0];
-    let axes = link(&mut world.engine, arm).joint.data.limit_axes;
+    let (engine, arms) = world.engine_and_arms();
+    let axes = link(engine.rapier_mut(), &arms.bodies[0])
+        .joint
+        .data
+        .limit_axes;
     assert!(axes.is_empty(), "{axes:?}");
 }

@@ -13,9 +13,9 @@ use crate::engine::convert;
 #[derive(Clone, Debug)]
 pub(crate) struct Measured {
     /// rad or m.
-    pub(crate) positions: Vec<f64>,
+    pub(super) positions: Vec<f64>,
     /// rad/s or m/s.
-    pub(crate) velocities: Vec<f64>,
+    pub(super) velocities: Vec<f64>,
     scratch: (Vec<f64>, Vec<f64>),
 }
 
@@ -29,6 +29,16 @@ impl Measured {
             velocities: zeros.clone(),
             scratch: (zeros.clone(), zeros),
         }
+    }
+
+    /// Positions (rad or m).
+    pub(crate) fn positions(&self) -> &[f64] {
+        &self.positions
+    }
+
+    /// Velocities (rad/s or m/s).
+    pub(crate) fn velocities(&self) -> &[f64] {
+        &self.velocities
     }
 
     /// Reads the joints from the engine; `false` if they are not plausible, which keeps the

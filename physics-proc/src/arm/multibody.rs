@@ -37,9 +37,9 @@ const LIMIT_TICKS: f64 = 2.0;
 /// An arm in the engine.
 pub(crate) struct Arm {
     /// The robot.
-    pub(crate) robot: Robot,
+    pub(super) robot: Robot,
     /// Bodies of the links, base first.
-    pub(crate) bodies: Vec<RigidBodyHandle>,
+    pub(super) bodies: Vec<RigidBodyHandle>,
     /// Any joint of the multibody; `None` for a robot without joints.
     handle: Option<MultibodyJointHandle>,
     /// By joint of the chain: link in the multibody, and axis of its motion.
@@ -94,6 +94,16 @@ impl Arm {
         arm.join(world);
         arm.set_positions(world, &home);
         arm
+    }
+
+    /// The robot.
+    pub(crate) fn robot(&self) -> &Robot {
+        &self.robot
+    }
+
+    /// Bodies of the links, base first.
+    pub(crate) fn bodies(&self) -> &[RigidBodyHandle] {
+        &self.bodies
     }
 
     fn join(&mut self, world: &mut PhysicsWorld) {

@@ -5,17 +5,43 @@
 
 use cell_model::{Cell, SelfDistance};
 use rapier3d_f64::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use crate::arm::measured::Measured;
 use crate::arm::multibody::Arm;
-use crate::arm::touch_memory::TouchCount;
-use crate::engine::contacts::Grip;
 use crate::engine::tag::Tag;
-use crate::state::memory::Memory;
 
 /// Interval at which the self-collision spheres are compared (ticks).
 // Pairs of spheres are compared, so not in each tick; a shorter contact may be missed.
 const SELF_TICKS: u64 = 10;
+
+/// Counts of one arm: part of every snapshot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct TouchCount {
+    /// Times an obstacle began to be touched.
+    pub(super) obstacles: u64,
+    /// Times two parts of the arm began to overlap.
+    pub(super) own_parts: u64,
+    touches_obstacle: bool,
+    touches_itself: bool,
+}
+
+impl TouchCount {
+    /// Counts continue over a reset of the scene.
+    pub(super) fn carry_over(&mut self, before: &Self) {
+        (self.obstacles, self.own_parts) = (before.obstacles, before.own_parts);
+    }
+
+    fn note_obstacle(&mut self, touches: bool) {
+        self.obstacles += u64::from(touches && !self.touches_obstacle);
+        self.touches_obstacle = touches;
+    }
+
+    fn note_own_parts(&mut self, touches: bool) {
+        self.own_parts += u64::from(touches && !self.touches_itself);
+        self.touches_itself = touches;
+    }
+}
 
 /// Obstacles of the cell, and the spheres of each arm.
 pub(crate) struct TouchCounter {
@@ -42,33 +68,8 @@ impl TouchCounter {
         }
     }
 
-    /// Counts for all arms after the step of the memory's tick.
-    pub(crate) fn count_all(
-        &mut self,
-        world: &PhysicsWorld,
-        arms: &[Arm],
-        measured: &[Measured],
-        grips: &[Grip],
-        memory: &mut Memory,
-    ) {
-        let tick = memory.tick;
-        let arms = arms.iter().enumerate().zip(measured).zip(grips);
-        for ((arm, measured), grip) in arms {
-            let Some(memory) = memory.arms.get_mut(arm.0) else {
-                continue;
-            };
-            // A faulty arm does not follow its controller, which its contacts are meant to
-            // judge.
-            if !memory.watchdog.fault {
-                let held = memory.suction.attached().or(grip.held);
-                let count = &mut memory.touches;
-                self.count(world, arm, measured, (tick, held), count);
-            }
-        }
-    }
-
-    /// Counts for arm `index`, which holds the object `held`.
-    fn count(
+    /// Counts for arm `index`, which holds the object `held`, after the step to `tick`.
+    pub(super) fn count(
         &mut self,
         world: &PhysicsWorld,
         (index, arm): (usize, &Arm),
@@ -77,7 +78,7 @@ impl TouchCounter {
         count: &mut TouchCount,
     ) {
         let mut links = arm.bodies.iter().enumerate().skip(1);
-        count.see_obstacle(links.any(|(link, body)| {
+        count.note_obstacle(links.any(|(link, body)| {
             let colliders = world
                 .bodies
                 .get(*body)
@@ -93,7 +94,7 @@ impl TouchCounter {
             && let Some(distance) = self.distances.get_mut(index)
         {
             let nearest = distance.nearest(&arm.robot, &measured.positions, 0.0);
-            count.see_itself(nearest < 0.0);
+            count.note_own_parts(nearest < 0.0);
         }
     }
 

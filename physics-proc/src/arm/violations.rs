@@ -17,7 +17,7 @@ const FACTOR: f64 = 1.0 + 1.0e-6;
 // Limits of joints in the engine are constraints that give way a little under load.
 const MEASURED_OUTSIDE: f64 = 1.0e-3;
 
-/// The motion of a joint by the command `told`, if it was commanded `before` `steps` commands
+/// The motion of a joint by the command `commanded`, if it was commanded `before` `steps` commands
 /// of 1 ms ago, and whether it breaks a limit.
 ///
 /// Of overtaken commands only the mean acceleration `m` is known. With the first
@@ -27,15 +27,19 @@ const MEASURED_OUTSIDE: f64 = 1.0e-3;
 /// measured against `b`: against `m` a sound one would seem to jump.
 pub(crate) fn advance(
     before: &RampState,
-    told: &RampState,
+    commanded: &RampState,
     steps: f64,
     spec: &JointSpec,
 ) -> (RampState, bool) {
     let time = steps * TICK_S;
-    let mean = (told.velocity - before.velocity) / time;
-    let last = if steps > 1.0 { told.acceleration } else { mean };
-    let moved = (told.position - before.position).abs();
-    let speed = told.velocity.abs().max(moved / time);
+    let mean = (commanded.velocity - before.velocity) / time;
+    let last = if steps > 1.0 {
+        commanded.acceleration
+    } else {
+        mean
+    };
+    let moved = (commanded.position - before.position).abs();
+    let speed = commanded.velocity.abs().max(moved / time);
     let change = spec.jerk * FACTOR * TICK_S;
     // Speed as commanded and as travelled: each hides what the other one shows.
     let within = speed <= spec.velocity * FACTOR
@@ -45,7 +49,7 @@ pub(crate) fn advance(
     (
         RampState {
             acceleration: last,
-            ..*told
+            ..*commanded
         },
         !within,
     )
@@ -78,12 +82,12 @@ mod tests {
 
     /// Whether a command one tick after `before` breaks a limit.
     fn breaks(before: &RampState, position: f64, velocity: f64) -> bool {
-        let told = RampState {
+        let commanded = RampState {
             position,
             velocity,
             acceleration: 0.0,
         };
-        advance(before, &told, 1.0, &spec()).1
+        advance(before, &commanded, 1.0, &spec()).1
     }
 
     #[test]
@@ -114,35 +118,35 @@ mod tests {
             velocity: 1.0,
             acceleration: 10.0,
         };
-        let told = |velocity: f64, acceleration| RampState {
+        let commanded = |velocity: f64, acceleration| RampState {
             position: 0.003,
             velocity,
             acceleration,
         };
-        let breaks = |told| advance(&before, &told, 3.0, &spec()).1;
-        assert!(!breaks(told(1.03, 10.0)));
-        assert!(breaks(told(1.030_1, 10.0)), "mean acceleration");
-        assert!(breaks(told(1.03, 10.1)), "last acceleration");
+        let breaks = |commanded| advance(&before, &commanded, 3.0, &spec()).1;
+        assert!(!breaks(commanded(1.03, 10.0)));
+        assert!(breaks(commanded(1.030_1, 10.0)), "mean acceleration");
+        assert!(breaks(commanded(1.03, 10.1)), "last acceleration");
         // Falls by the jerk limit at each of the three.
-        assert!(!breaks(told(1.0, -5.0)));
-        assert!(breaks(told(0.999_9, -5.0)), "jerk of the mean");
-        assert!(breaks(told(1.0, -5.1)), "jerk to the last");
+        assert!(!breaks(commanded(1.0, -5.0)));
+        assert!(breaks(commanded(0.999_9, -5.0)), "jerk of the mean");
+        assert!(breaks(commanded(1.0, -5.1)), "jerk to the last");
     }
 
     #[test]
     fn what_follows_a_lost_command_is_measured_from_what_was_lost() {
         // The acceleration goes from 0 to 5 and on to 10; the first is lost.
         let still = RampState::default();
-        let told = |velocity, acceleration| RampState {
+        let commanded = |velocity, acceleration| RampState {
             velocity,
             acceleration,
             ..still
         };
-        let (second, broken) = advance(&still, &told(0.015, 10.0), 2.0, &spec());
+        let (second, broken) = advance(&still, &commanded(0.015, 10.0), 2.0, &spec());
         assert!(!broken);
         // Back by the jerk limit.
-        assert!(!advance(&second, &told(0.020, 5.0), 1.0, &spec()).1);
-        assert!(advance(&second, &told(0.019_9, 5.0), 1.0, &spec()).1);
+        assert!(!advance(&second, &commanded(0.020, 5.0), 1.0, &spec()).1);
+        assert!(advance(&second, &commanded(0.019_9, 5.0), 1.0, &spec()).1);
     }
 
     #[test]

@@ -36,7 +36,7 @@ use crate::engine::settings::TICK_S;
 
 mod point;
 
-use point::{Point, advance_one, limited, point, ramp_state, same_motion, told};
+use point::{Point, advance_one, commanded, limited, point, ramp_state, same_motion};
 
 /// Largest difference between the acceleration that a command states and the one that it
 /// makes, as a share of the acceleration limit: the next commands are then within the jerk
@@ -182,7 +182,7 @@ impl Watchdog {
         robot: &Robot,
         limits: &JointLimits,
     ) -> WatchdogOutput {
-        let accepted = command.is_some_and(|command| self.take(tick, command, robot));
+        let accepted = command.is_some_and(|command| self.accept(tick, command, robot));
         // The age is that of the accepted command, not of the received one: a stream of
         // refused commands has to stop the arm as silence does.
         let age = self
@@ -217,7 +217,7 @@ impl Watchdog {
     }
 
     /// Accepts a command that is new and sound; `true` if it did.
-    fn take(&mut self, tick: u64, command: &ArmCommand, robot: &Robot) -> bool {
+    fn accept(&mut self, tick: u64, command: &ArmCommand, robot: &Robot) -> bool {
         let header = &command.header;
         let id = Accepted {
             generation: header.generation,
@@ -237,23 +237,23 @@ impl Watchdog {
         let fresh = tick - id.tick <= cell_model::stop::COMMAND_AGE_TICKS;
         let sound =
             command.joint_count as usize == self.setpoint.len() && command.validate().is_ok();
-        let begins = !self.follows_on(id);
-        let goes_on = fresh
+        let starts = !self.follows_on(id);
+        let continues = fresh
             && sound
-            && if begins {
-                self.begins_here(command, robot)
+            && if starts {
+                self.starts_at_setpoint(command, robot)
             } else {
                 self.is_near(command, robot, tick)
             };
         // Only a sound, fresh one stops the arm: damaged or late commands are left to the age
         // limit.
-        if !goes_on {
+        if !continues {
             self.refused += u64::from(fresh);
-            self.astray |= fresh && sound && begins;
+            self.astray |= fresh && sound && starts;
             return false;
         }
-        if begins {
-            self.begin(command, robot);
+        if starts {
+            self.start_at_setpoint(command, robot);
         }
         self.follow(command, id, robot);
         true
@@ -290,7 +290,7 @@ impl Watchdog {
     }
 
     /// Whether the command is within the limits as the next tick after the setpoint in force.
-    fn begins_here(&self, command: &ArmCommand, robot: &Robot) -> bool {
+    fn starts_at_setpoint(&self, command: &ArmCommand, robot: &Robot) -> bool {
         let joints = robot.arm_specs().enumerate();
         joints
             .zip(&self.setpoint)
@@ -298,7 +298,7 @@ impl Watchdog {
     }
 
     /// Makes the setpoint the predecessor of the command, which continues from it.
-    fn begin(&mut self, command: &ArmCommand, robot: &Robot) {
+    fn start_at_setpoint(&mut self, command: &ArmCommand, robot: &Robot) {
         let joints = robot.arm_specs().enumerate();
         // If the stated acceleration is the one made here, the sender computes the same motion
         // and its next command continues from this one; else each command is checked against
@@ -318,8 +318,8 @@ impl Watchdog {
         let steps = id.seq.saturating_sub(last).max(1) as f64;
         for (index, spec) in robot.arm_specs().enumerate() {
             let before = ramp_state(self.anchor[index]);
-            let told = told(command, index);
-            let (after, broken) = violations::advance(&before, &told, steps, spec);
+            let commanded = commanded(command, index);
+            let (after, broken) = violations::advance(&before, &commanded, steps, spec);
             // Judged against the commanded path, not against the setpoint, which may be behind
             // it after a gap: the controller is not to blame for late messages.
             self.violations += u64::from(broken);

@@ -45,7 +45,7 @@ impl Contacts {
         self.touched.fill(false);
         for (index, arm) in arms.iter().enumerate() {
             self.pressed[index].fill([0.0; 2]);
-            for (link, body) in arm.bodies.iter().enumerate() {
+            for (link, body) in arm.bodies().iter().enumerate() {
                 let side = finger_of(arm, link);
                 for collider in world
                     .bodies
@@ -104,7 +104,7 @@ impl Contacts {
 
 /// Which finger a link is.
 fn finger_of(arm: &Arm, link: usize) -> Option<usize> {
-    let gripper = arm.robot.gripper.as_ref()?;
+    let gripper = arm.robot().gripper.as_ref()?;
     gripper
         .finger_joints
         .iter()

@@ -87,7 +87,7 @@ pub(crate) fn let_through(
                 collider.set_collision_groups(groups);
             }
             let body = arm
-                .bodies
+                .bodies()
                 .get(link)
                 .and_then(|body| world.bodies.get(*body));
             for handle in body.map_or(&[][..], |body| body.colliders()) {
@@ -111,7 +111,7 @@ fn of_arm(cell: &Cell, arm: &ArmSpec) -> Vec<String> {
     for found in entered(cell, arm) {
         by_fixture.entry(found.fixture).or_default().push(found);
     }
-    let words = |(fixture, links): (usize, Vec<Entered>)| {
+    let sentence = |(fixture, links): (usize, Vec<Entered>)| {
         let deepest = links.iter().map(|found| found.depth).fold(0.0, f64::max);
         let names = links.iter().take(NAMED);
         let names: Vec<&str> = names
@@ -130,7 +130,7 @@ fn of_arm(cell: &Cell, arm: &ArmSpec) -> Vec<String> {
             names.join(", "),
         )
     };
-    by_fixture.into_iter().map(words).collect()
+    by_fixture.into_iter().map(sentence).collect()
 }
 
 #[cfg(test)]
@@ -171,7 +171,7 @@ mod tests {
             .collect();
         let_through(&mut world, &cell, &fixtures, &arms);
         for (arm, inserted) in arms.iter().enumerate() {
-            let link = world.bodies[inserted.bodies[LINK]].colliders()[0];
+            let link = world.bodies[inserted.bodies()[LINK]].colliders()[0];
             for fixture in 0..cell.fixtures.len() {
                 let Some(fixed) = fixtures.colliders[fixture] else {
                     continue;

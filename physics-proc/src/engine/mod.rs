@@ -1,6 +1,5 @@
 //! The physics engine: settings, shapes, contacts, and the conversion of vectors.
 
-pub(crate) mod awake;
 pub(crate) mod contacts;
 pub(crate) mod convert;
 pub(crate) mod entered;
@@ -9,5 +8,6 @@ pub(crate) mod masses;
 pub(crate) mod objects;
 pub mod settings;
 pub mod shapes;
+pub(crate) mod simulation;
 pub(crate) mod spawn;
 pub(crate) mod tag;

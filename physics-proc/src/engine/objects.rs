@@ -39,10 +39,8 @@ pub(crate) fn insert_fixtures(world: &mut PhysicsWorld, cell: &Cell) -> Fixtures
 
 /// The movable objects, by their index in the cell file.
 pub(crate) struct Objects {
-    /// Their bodies.
-    pub(crate) bodies: Vec<RigidBodyHandle>,
-    /// Their specifications in the cell file.
-    pub(crate) specs: Vec<ObjectSpec>,
+    bodies: Vec<RigidBodyHandle>,
+    specs: Vec<ObjectSpec>,
 }
 
 impl Objects {
@@ -54,33 +52,14 @@ impl Objects {
         }
     }
 
-    /// The body of an object.
-    pub(crate) fn body<'e>(
-        &self,
-        engine: &'e PhysicsWorld,
-        object: usize,
-    ) -> Option<&'e RigidBody> {
-        engine.bodies.get(*self.bodies.get(object)?)
+    /// Their bodies.
+    pub(crate) fn bodies(&self) -> &[RigidBodyHandle] {
+        &self.bodies
     }
 
-    /// The body of an object, to change. The engine examines each body that was borrowed for
-    /// change.
-    pub(crate) fn body_mut<'e>(
-        &self,
-        engine: &'e mut PhysicsWorld,
-        object: usize,
-    ) -> Option<&'e mut RigidBody> {
-        engine.bodies.get_mut(*self.bodies.get(object)?)
-    }
-
-    /// Pose of an object in the world frame, if it exists and is finite.
-    pub(crate) fn pose(&self, engine: &PhysicsWorld, object: usize) -> Option<Isometry3<f64>> {
-        convert::finite_pose(self.body(engine, object)?.position())
-    }
-
-    /// Whether an object is in the cell.
-    pub(crate) fn is_here(&self, engine: &PhysicsWorld, object: usize) -> bool {
-        self.body(engine, object).is_some_and(RigidBody::is_enabled)
+    /// Their specifications in the cell file.
+    pub(crate) fn specs(&self) -> &[ObjectSpec] {
+        &self.specs
     }
 }
 

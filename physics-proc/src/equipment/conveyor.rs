@@ -7,7 +7,7 @@ use rapier3d_f64::prelude::*;
 
 use crate::engine::convert;
 use crate::engine::objects::Fixtures;
-use crate::equipment::site::Site;
+use crate::engine::simulation::Engine;
 
 /// The belt in the engine.
 pub(crate) struct Belt {
@@ -15,7 +15,7 @@ pub(crate) struct Belt {
     /// Velocity of its surface while it runs (m/s, world frame).
     velocity: Vector3<f64>,
     /// Its norm (m/s).
-    pub(crate) speed: f64,
+    pub(super) speed: f64,
     pose: Isometry3<f64>,
     /// Half the lengths of the fixture along x and y (m).
     half: [f64; 2],
@@ -23,7 +23,7 @@ pub(crate) struct Belt {
 
 impl Belt {
     /// The belt of a cell; `None` where its fixture is not solid.
-    pub(crate) fn new(table: &ConveyorTable, cell: &Cell, fixtures: &Fixtures) -> Option<Self> {
+    pub(super) fn new(table: &ConveyorTable, cell: &Cell, fixtures: &Fixtures) -> Option<Self> {
         let index = cell
             .fixtures
             .iter()
@@ -44,30 +44,25 @@ impl Belt {
     }
 
     /// Makes the engine call [`Hooks`] for contacts of the belt.
-    pub(crate) fn drive_contacts(&self, engine: &mut PhysicsWorld) {
+    pub(super) fn drive_contacts(&self, engine: &mut PhysicsWorld) {
         if let Some(collider) = engine.colliders.get_mut(self.collider) {
             collider.set_active_hooks(ActiveHooks::MODIFY_SOLVER_CONTACTS);
         }
     }
 
     /// Whether a point in the world is above it.
-    pub(crate) fn is_below(&self, point: &Vector3<f64>) -> bool {
+    pub(super) fn is_below(&self, point: &Vector3<f64>) -> bool {
         let local = self.pose.inverse_transform_point(&Point3::from(*point));
         let [x, y] = self.half;
         local.x.abs() <= x && local.y.abs() <= y && local.z > 0.0
     }
 
     /// Wakes objects on the belt: a sleeping one would not be moved.
-    pub(crate) fn wake(&self, site: &mut Site<'_>) {
-        for object in 0..site.objects.bodies.len() {
-            let sleeps = site.objects.body(site.engine, object).is_some_and(|body| {
-                let place = convert::from_vector(body.translation());
-                body.is_enabled() && body.is_sleeping() && self.is_below(&place)
-            });
-            if sleeps && let Some(body) = site.objects.body_mut(site.engine, object) {
-                body.wake_up(true);
-            }
-        }
+    pub(super) fn wake(&self, engine: &mut Engine) {
+        engine.wake(|_, body| {
+            let place = convert::from_vector(body.translation());
+            body.is_enabled() && self.is_below(&place)
+        });
     }
 }
 
@@ -100,7 +95,7 @@ impl PhysicsHooks for Hooks {
 
 impl Hooks {
     /// The hooks of the next tick; `belt` is the running belt.
-    pub(crate) fn new(belt: Option<&Belt>) -> Self {
+    pub(super) fn new(belt: Option<&Belt>) -> Self {
         Self {
             belt: belt.map(|belt| (belt.collider, convert::to_vector(&belt.velocity))),
         }

@@ -7,7 +7,8 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::engine::settings::ticks;
-use crate::equipment::site::{Site, Stream};
+use crate::engine::simulation::Engine;
+use crate::equipment::stream::Stream;
 
 /// Its stream of random numbers.
 const DEVICE: u64 = 2;
@@ -20,34 +21,34 @@ const MOST_WAITING: u32 = 1_000;
 
 /// A dispenser of parts.
 pub(crate) struct Dispenser {
-    pub(crate) table: DispenserTable,
+    pub(super) table: DispenserTable,
     /// Objects that it may drop.
     objects: Vec<usize>,
 }
 
-/// State of a dispenser.
+/// State of a dispenser: part of every snapshot.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(crate) struct DispenserMemory {
+pub(crate) struct DispenserState {
     /// Parts requested and not yet dropped.
-    pub(crate) waiting: u32,
+    pub(super) waiting: u32,
     /// No part is dropped before this tick.
     free_at: u64,
     /// Parts dropped since the start of the scene: the position in the stream of random
     /// numbers.
     drawn: u64,
-    pub(crate) dropped: u32,
+    pub(super) dropped: u32,
 }
 
-impl DispenserMemory {
+impl DispenserState {
     /// Requests parts; those beyond the limit are dropped.
-    pub(crate) fn ask(&mut self, parts: u32) {
+    pub(super) fn request(&mut self, parts: u32) {
         self.waiting = self.waiting.saturating_add(parts).min(MOST_WAITING);
     }
 }
 
 impl Dispenser {
     /// The dispenser of a cell.
-    pub(crate) fn new(table: &DispenserTable, cell: &Cell) -> Self {
+    pub(super) fn new(table: &DispenserTable, cell: &Cell) -> Self {
         let objects = cell.objects.iter().enumerate();
         let parts = objects.filter(|(_, object)| object.kind == table.objects && object.parked);
         Self {
@@ -57,41 +58,47 @@ impl Dispenser {
     }
 
     /// Parts that are neither in the cell nor on their way.
-    pub(crate) fn parts_left(&self, memory: &DispenserMemory, site: &Site<'_>) -> u32 {
-        let left = u32::try_from(self.parked_parts(site).len()).unwrap_or(u32::MAX);
-        left.saturating_sub(memory.waiting)
+    pub(super) fn parts_left(&self, state: &DispenserState, engine: &Engine) -> u32 {
+        let left = u32::try_from(self.parked_parts(engine).len()).unwrap_or(u32::MAX);
+        left.saturating_sub(state.waiting)
     }
 
-    fn parked_parts(&self, site: &Site<'_>) -> Vec<usize> {
+    fn parked_parts(&self, engine: &Engine) -> Vec<usize> {
         let parts = self.objects.iter().copied();
-        parts.filter(|part| !site.is_here(*part)).collect()
+        parts.filter(|part| !engine.is_here(*part)).collect()
     }
 
     /// Drops the next parts when they are due.
-    pub(crate) fn run(&self, memory: &mut DispenserMemory, site: &mut Site<'_>, stream: Stream) {
-        if memory.waiting == 0 || site.tick < memory.free_at {
+    pub(super) fn before_step(
+        &self,
+        state: &mut DispenserState,
+        engine: &mut Engine,
+        tick: u64,
+        stream: Stream,
+    ) {
+        if state.waiting == 0 || tick < state.free_at {
             return;
         }
-        memory.free_at = site.tick + ticks(self.table.interval_s);
-        for layer in 0..memory.waiting.min(self.table.per_drop) {
-            let parked = self.parked_parts(site);
+        state.free_at = tick + ticks(self.table.interval_s);
+        for layer in 0..state.waiting.min(self.table.per_drop) {
+            let parked = self.parked_parts(engine);
             if parked.is_empty() {
                 // All parts are in the cell: open requests can never be met.
-                memory.waiting = 0;
+                state.waiting = 0;
                 return;
             }
             // Each part has a generator by its number: parts do not depend on the ticks of the
             // requests.
-            let mut random = stream.random(DEVICE, memory.drawn);
-            memory.drawn += 1;
-            memory.waiting -= 1;
-            memory.dropped = memory.dropped.wrapping_add(1);
+            let mut random = stream.random(DEVICE, state.drawn);
+            state.drawn += 1;
+            state.waiting -= 1;
+            state.dropped = state.dropped.wrapping_add(1);
             let place = usize::try_from(random.bits() % parked.len() as u64).unwrap_or(0);
             let Some(&part) = parked.get(place) else {
                 return;
             };
             let (pose, spin) = fall(&self.table, layer, &mut random);
-            site.bring(part, &pose, &Vector3::zeros(), &spin);
+            engine.bring(part, &pose, &Vector3::zeros(), &spin);
         }
     }
 }

@@ -5,5 +5,5 @@ pub(crate) mod devices;
 pub(crate) mod dispenser;
 pub(crate) mod parking;
 pub(crate) mod sensors;
-pub(crate) mod site;
+pub(crate) mod stream;
 pub(crate) mod supply;

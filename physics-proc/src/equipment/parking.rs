@@ -3,42 +3,50 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::equipment::site::Site;
+use crate::engine::simulation::Engine;
+use crate::gripper::grippers::Grippers;
+use crate::operator::drag::Drags;
 
-/// Objects outside of the cell.
+/// Objects outside of the cell: part of every snapshot.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(crate) struct ParkingMemory {
+pub(crate) struct Parking {
     /// Moved to their parking places in the last tick, to be disabled in this one.
     leaving: Vec<usize>,
     /// Counts objects put away.
-    pub(crate) cleared: u32,
+    pub(super) cleared: u32,
     /// Objects that fell out and that only a reset brings back.
-    pub(crate) lost: Vec<usize>,
+    pub(super) lost: Vec<usize>,
 }
 
-impl ParkingMemory {
+impl Parking {
     /// Takes what fell below `floor` (m) out of the cell: back to its parking place where
     /// something can bring it again.
-    pub(crate) fn clear_fallen(&mut self, site: &mut Site<'_>, floor: f64) {
+    pub(super) fn clear_fallen(
+        &mut self,
+        engine: &mut Engine,
+        grippers: &Grippers,
+        drags: &mut Drags,
+        floor: f64,
+    ) {
         // Disabled one tick after the move, so that the engine takes in the new pose first.
         for object in std::mem::take(&mut self.leaving) {
-            site.rest_at_its_place(object);
-            if let Some(body) = site.objects.body_mut(site.engine, object) {
+            engine.park(object);
+            if let Some(body) = engine.object_mut(object) {
                 body.set_enabled(false);
             }
         }
-        for object in 0..site.objects.bodies.len() {
-            let body = site.objects.body(site.engine, object);
+        for object in 0..engine.objects().len() {
+            let body = engine.object(object);
             let fallen = body.is_some_and(|b| b.is_enabled() && b.translation().z < floor);
             // An object on a cup is carried, however low: its joint would lose a body.
-            if fallen && !site.is_attached(object) {
-                site.drags.retain(|drag| drag.object != object);
+            if fallen && !grippers.is_attached(object) {
+                drags.end(object);
                 self.cleared = self.cleared.wrapping_add(1);
-                if site.objects.specs.get(object).is_some_and(|s| s.parked) {
-                    site.rest_at_its_place(object);
+                if engine.specs().get(object).is_some_and(|s| s.parked) {
+                    engine.park(object);
                     self.leaving.push(object);
                 } else {
-                    site.take_out(object);
+                    engine.take_out(object);
                     self.lost.push(object);
                 }
             }

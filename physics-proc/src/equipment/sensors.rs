@@ -7,7 +7,7 @@ use parry3d_f64::query::Ray;
 use rapier3d_f64::prelude::*;
 
 use crate::engine::convert;
-use crate::engine::objects::Objects;
+use crate::engine::simulation::Engine;
 
 /// A light barrier.
 pub(crate) struct Sensor {
@@ -52,32 +52,28 @@ impl Sensor {
 }
 
 /// By sensor: the object that interrupts it, plus 1.
-pub(crate) fn read(
-    sensors: &[Sensor],
-    engine: &PhysicsWorld,
-    objects: &Objects,
-) -> [u32; MAX_SENSORS] {
+pub(crate) fn read(sensors: &[Sensor], engine: &Engine) -> [u32; MAX_SENSORS] {
     let mut out = [0; MAX_SENSORS];
-    for (slot, sensor) in out.iter_mut().zip(sensors) {
-        let nearest = sensor.interrupted_by(engine, objects);
-        *slot = nearest.map_or(0, |object| u32::try_from(object + 1).unwrap_or(0));
+    for (number, sensor) in out.iter_mut().zip(sensors) {
+        let nearest = sensor.interrupted_by(engine);
+        *number = nearest.map_or(0, |object| u32::try_from(object + 1).unwrap_or(0));
     }
     out
 }
 
 impl Sensor {
-    fn interrupted_by(&self, engine: &PhysicsWorld, objects: &Objects) -> Option<usize> {
-        let hits = objects
-            .specs
+    fn interrupted_by(&self, engine: &Engine) -> Option<usize> {
+        let hits = engine
+            .specs()
             .iter()
             .enumerate()
             .filter_map(|(index, spec)| {
-                let body = objects.body(engine, index)?;
+                let body = engine.object(index)?;
                 let centre = convert::from_vector(body.translation());
                 // The bounding sphere first: a ray is cast only against objects near it.
                 let may =
                     body.is_enabled() && self.comes_near(&centre, spec.shape.bounding_radius());
-                let distance = may.then(|| self.distance(engine, body))??;
+                let distance = may.then(|| self.distance(engine.rapier(), body))??;
                 Some((index, distance))
             });
         let nearest = hits.min_by(|a, b| a.1.total_cmp(&b.1));

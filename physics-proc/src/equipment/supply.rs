@@ -8,15 +8,16 @@ use ipc_types::equipment::SupplyRefusal;
 use nalgebra::{Isometry3, Quaternion, Translation3, Unit, UnitQuaternion, Vector3};
 use parry3d_f64::bounding_volume::BoundingVolume;
 use parry3d_f64::query::intersection_test;
-use rapier3d_f64::prelude::PhysicsWorld;
 use serde::{Deserialize, Serialize};
 
 use crate::engine::convert;
 use crate::engine::settings::ticks;
 use crate::engine::shapes;
+use crate::engine::simulation::Engine;
 use crate::engine::tag::Tag;
 use crate::equipment::conveyor::Belt;
-use crate::equipment::site::{Site, Stream};
+use crate::equipment::stream::Stream;
+use crate::gripper::grippers::Grippers;
 
 /// Its stream of random numbers.
 const DEVICE: u64 = 1;
@@ -31,31 +32,32 @@ pub(crate) struct Supply {
     objects: Vec<usize>,
 }
 
-/// The access of a supply to the cell.
-pub(crate) struct Way<'s, 'w> {
-    /// The cell.
-    pub(crate) site: &'s mut Site<'w>,
+/// The cell around a supply.
+pub(crate) struct Surroundings<'c> {
+    pub(super) engine: &'c mut Engine,
+    pub(super) grippers: &'c Grippers,
     /// The belt, where there is one.
-    pub(crate) belt: Option<&'s Belt>,
+    pub(super) belt: Option<&'c Belt>,
     /// Random numbers of the equipment.
-    pub(crate) stream: Stream,
+    pub(super) stream: Stream,
+    pub(super) tick: u64,
 }
 
-/// State of a supply.
+/// State of a supply: part of every snapshot.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(crate) struct SupplyMemory {
+pub(crate) struct SupplyState {
     /// Bins that the task requested and that were not brought yet.
     pending: u32,
     /// No bin is brought before this tick.
     free_at: u64,
-    pub(crate) supplied: u32,
-    pub(crate) refusals: u32,
-    pub(crate) refusal: u32,
+    pub(super) supplied: u32,
+    pub(super) refusals: u32,
+    pub(super) refusal: u32,
 }
 
-impl SupplyMemory {
+impl SupplyState {
     /// Adds requests of the task; requests beyond [`MOST_PENDING`] are refused.
-    pub(crate) fn ask(&mut self, count: u32) {
+    pub(super) fn request(&mut self, count: u32) {
         let all = self.pending.saturating_add(count);
         self.pending = all.min(MOST_PENDING);
         for _ in self.pending..all {
@@ -71,7 +73,7 @@ impl SupplyMemory {
 
 impl Supply {
     /// The supply of a cell, with as many bins as the job needs.
-    pub(crate) fn new(table: &SupplyTable, cell: &Cell) -> Self {
+    pub(super) fn new(table: &SupplyTable, cell: &Cell) -> Self {
         let bins = cell.objects.iter().enumerate();
         let spare: Vec<usize> = bins
             .filter(|(_, object)| object.is_bin())
@@ -89,16 +91,16 @@ impl Supply {
     }
 
     /// Brings a requested bin as soon as possible.
-    pub(crate) fn run(&self, memory: &mut SupplyMemory, way: &mut Way<'_, '_>) {
-        if memory.pending == 0 {
+    pub(super) fn before_step(&self, state: &mut SupplyState, cell: &mut Surroundings<'_>) {
+        if state.pending == 0 {
             return;
         }
-        match self.bring(memory, way, false) {
-            Ok(()) => memory.pending -= 1,
+        match self.bring(state, cell, false) {
+            Ok(()) => state.pending -= 1,
             // A request that can never be met is dropped, or it would block the ones after it.
             Err(why @ SupplyRefusal::NoneLeft) => {
-                memory.pending -= 1;
-                memory.refuse(why);
+                state.pending -= 1;
+                state.refuse(why);
             }
             // All other reasons pass: the request is kept and tried in the next tick.
             Err(_) => {}
@@ -109,21 +111,21 @@ impl Supply {
     ///
     /// # Errors
     /// The reason if no bin can be brought.
-    pub(crate) fn add(
+    pub(super) fn add(
         &self,
-        memory: &mut SupplyMemory,
-        way: &mut Way<'_, '_>,
+        state: &mut SupplyState,
+        cell: &mut Surroundings<'_>,
         flipped: bool,
     ) -> Result<(), SupplyRefusal> {
-        let brought = self.bring(memory, way, flipped);
+        let brought = self.bring(state, cell, flipped);
         if let Err(why) = brought {
-            memory.refuse(why);
+            state.refuse(why);
         }
         brought
     }
 
     /// The sentence for a refused request of the operator, with the time of the next try.
-    pub(crate) fn refusal(&self, why: SupplyRefusal, memory: &SupplyMemory, tick: u64) -> String {
+    pub(super) fn refusal(&self, why: SupplyRefusal, state: &SupplyState, tick: u64) -> String {
         match why {
             SupplyRefusal::NoneLeft => "every bin is in the cell".to_owned(),
             SupplyRefusal::TooManyWaiting => {
@@ -134,7 +136,7 @@ impl Supply {
             }
             SupplyRefusal::CoolDown => {
                 let seconds = |ticks: u64| (ticks * TICK_NS) as f64 * 1.0e-9;
-                let (at, left) = (memory.free_at, memory.free_at.saturating_sub(tick));
+                let (at, left) = (state.free_at, state.free_at.saturating_sub(tick));
                 format!(
                     "the last bin came a moment ago; the next can come at {:.3} s, in {:.3} s",
                     seconds(at),
@@ -150,45 +152,45 @@ impl Supply {
 
     fn bring(
         &self,
-        memory: &mut SupplyMemory,
-        way: &mut Way<'_, '_>,
+        state: &mut SupplyState,
+        cell: &mut Surroundings<'_>,
         flipped: bool,
     ) -> Result<(), SupplyRefusal> {
-        let site = &mut *way.site;
-        let mut left = self.objects.iter().filter(|o| !site.is_here(**o));
+        let mut left = self.objects.iter().filter(|o| !cell.engine.is_here(**o));
         let object = *left.next().ok_or(SupplyRefusal::NoneLeft)?;
-        let spec = site.objects.specs.get(object);
+        let spec = cell.engine.specs().get(object);
         let spec = spec.ok_or(SupplyRefusal::NoneLeft)?;
         // Checked in order of cost; the last one compares shapes with all colliders.
-        if site.tick < memory.free_at {
+        if cell.tick < state.free_at {
             return Err(SupplyRefusal::CoolDown);
         }
-        if self.waiting_bins(site, way.belt) >= self.table.max_waiting as usize {
+        if self.waiting_bins(cell) >= self.table.max_waiting as usize {
             return Err(SupplyRefusal::TooManyWaiting);
         }
         // By the number of the object, not by the tick: a bin arrives alike whenever it is
         // requested.
-        let mut random = way.stream.random(DEVICE, object as u64);
+        let mut random = cell.stream.random(DEVICE, object as u64);
         let pose = self.arrival(&mut random, spec, flipped);
-        if is_taken(site.engine, spec, &pose) {
+        if is_occupied(cell.engine, spec, &pose) {
             return Err(SupplyRefusal::PlaceTaken);
         }
         let velocity = Vector3::from(self.table.velocity_m_s);
-        site.bring(object, &pose, &velocity, &Vector3::zeros());
-        memory.free_at = site.tick + ticks(self.table.cool_down_s);
-        memory.supplied = memory.supplied.wrapping_add(1);
+        cell.engine
+            .bring(object, &pose, &velocity, &Vector3::zeros());
+        state.free_at = cell.tick + ticks(self.table.cool_down_s);
+        state.supplied = state.supplied.wrapping_add(1);
         Ok(())
     }
 
     /// Number of bins on the belt.
-    fn waiting_bins(&self, site: &Site<'_>, belt: Option<&Belt>) -> usize {
-        let Some(belt) = belt else {
+    fn waiting_bins(&self, cell: &Surroundings<'_>) -> usize {
+        let (Some(belt), engine) = (cell.belt, &*cell.engine) else {
             return 0;
         };
         let waits = |object: &&usize| {
-            let pose = site.objects.pose(site.engine, **object);
-            site.is_here(**object)
-                && !site.is_attached(**object)
+            let pose = engine.object_pose(**object);
+            engine.is_here(**object)
+                && !cell.grippers.is_attached(**object)
                 && pose.is_some_and(|pose| belt.is_below(&pose.translation.vector))
         };
         self.objects.iter().filter(waits).count()
@@ -213,7 +215,7 @@ impl Supply {
 }
 
 /// Whether the place of arrival is occupied by an arm or another object.
-fn is_taken(engine: &PhysicsWorld, spec: &ObjectSpec, pose: &Isometry3<f64>) -> bool {
+fn is_occupied(engine: &Engine, spec: &ObjectSpec, pose: &Isometry3<f64>) -> bool {
     // A bin is checked as a full box: another one could otherwise arrive inside of it.
     let outside = match spec.shape {
         Shape::Bin { size_m, .. } => Shape::Box { size_m },
@@ -222,9 +224,10 @@ fn is_taken(engine: &PhysicsWorld, spec: &ObjectSpec, pose: &Isometry3<f64>) -> 
     let (shape, own) = shapes::shared(&outside);
     let pose = convert::to_pose(&(pose * own));
     let bounds = shape.compute_aabb(&pose);
-    let mut colliders = engine.colliders.iter();
+    let rapier = engine.rapier();
+    let mut colliders = rapier.colliders.iter();
     colliders.any(|(_, collider)| {
-        let body = collider.parent().and_then(|b| engine.bodies.get(b));
+        let body = collider.parent().and_then(|b| rapier.bodies.get(b));
         let Some(body) = body.filter(|body| body.is_enabled()) else {
             return false;
         };
@@ -259,11 +262,11 @@ mod tests {
 
     #[test]
     fn requests_beyond_what_can_wait_are_counted_as_refused() {
-        let mut memory = SupplyMemory::default();
-        memory.ask(MOST_PENDING - 1);
-        assert_eq!(memory.refusals, 0);
-        memory.ask(3);
-        assert_eq!((memory.pending, memory.refusals), (MOST_PENDING, 2));
-        assert_eq!(memory.refusal, SupplyRefusal::TooManyWaiting.code());
+        let mut state = SupplyState::default();
+        state.request(MOST_PENDING - 1);
+        assert_eq!(state.refusals, 0);
+        state.request(3);
+        assert_eq!((state.pending, state.refusals), (MOST_PENDING, 2));
+        assert_eq!(state.refusal, SupplyRefusal::TooManyWaiting.code());
     }
 }

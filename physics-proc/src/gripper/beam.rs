@@ -16,9 +16,9 @@ pub(crate) fn interrupted_by(
     objects: &[RigidBodyHandle],
     width: f64,
 ) -> Option<usize> {
-    let gripper = arm.robot.gripper.as_ref()?;
+    let gripper = arm.robot().gripper.as_ref()?;
     let finger = |joint: usize| {
-        let body = engine.bodies.get(*arm.bodies.get(joint + 1)?)?;
+        let body = engine.bodies.get(*arm.bodies().get(joint + 1)?)?;
         Some(convert::from_pose(body.position()).translation.vector)
     };
     let [first, second] = gripper.finger_joints;

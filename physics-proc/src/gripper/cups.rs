@@ -4,52 +4,42 @@ use ipc_types::equipment::{BreakCause, BreakLimit};
 use nalgebra::Vector3;
 use rapier3d_f64::prelude::*;
 
-use crate::arm::memory::ArmMemory;
+use crate::arm::arms::Arms;
 use crate::arm::multibody::Arm;
-use crate::engine::objects::Objects;
 use crate::engine::settings::{SUBSTEPS, TICK_S};
+use crate::engine::simulation::Engine;
+use crate::gripper::grippers::Grippers;
 use crate::gripper::hanging;
-use crate::gripper::momentum::Velocities;
 use crate::gripper::suction::{Wrench, release};
 
 /// Sign of the joint's impulse along the axis when the object pulls.
 const PULLS: f64 = 1.0;
 
-/// The suction cups of all arms after a step.
-pub(crate) struct Cups<'w> {
-    pub(crate) engine: &'w mut PhysicsWorld,
-    pub(crate) arms: &'w [Arm],
-    pub(crate) memory: &'w mut [ArmMemory],
-    pub(crate) objects: &'w Objects,
-    /// Velocities of the objects before the step.
-    pub(crate) before: &'w Velocities,
-}
-
-impl Cups<'_> {
+impl Grippers {
     /// Reads the force sensors and breaks grips.
-    pub(crate) fn read(&mut self) {
-        for index in 0..self.arms.len() {
-            let Some(wrench) = self.wrench(index) else {
+    pub(super) fn measure_loads(&mut self, engine: &mut Engine, arms: &Arms) {
+        for (index, arm) in arms.bodies().iter().enumerate() {
+            let Some(limits) = &arm.robot().suction else {
                 continue;
             };
-            let Some(limits) = &self.arms[index].robot.suction else {
+            let Some(wrench) = self.wrench(engine, (index, arm)) else {
                 continue;
             };
             let wrench = without_pressure(wrench, &limits.axis);
-            let suction = &mut self.memory[index].suction;
-            let Some(exceeded) = suction.feel(wrench, limits) else {
+            let suction = &mut self.grippers[index].suction;
+            let Some(exceeded) = suction.add_load(wrench, limits) else {
                 continue;
             };
             // The cause is reported because the remedies differ: a weight needs a lighter load,
             // a blow a slower motion.
-            let heavy = exceeded.slow || self.is_too_heavy(index, exceeded.limit);
+            let heavy = exceeded.slow || self.is_too_heavy(engine, (index, arm), exceeded.limit);
             let cause = if heavy {
                 BreakCause::Weight
             } else {
                 BreakCause::Impulse
             };
-            let suction = &mut self.memory[index].suction;
-            release(suction, self.engine);
+            let suction = &mut self.grippers[index].suction;
+            release(suction, engine);
             suction.note_break(exceeded.limit, cause);
         }
     }
@@ -57,43 +47,48 @@ impl Cups<'_> {
     /// Mean load on the cup in this tick, from the momentum of the objects on it. If these
     /// touch something else, from the joint, of which the engine keeps the last substep only:
     /// right at rest, a few percent low while the arm lifts.
-    fn wrench(&mut self, index: usize) -> Option<Wrench> {
-        let suction = &mut self.memory[index].suction;
+    fn wrench(&mut self, engine: &mut Engine, (index, arm): (usize, &Arm)) -> Option<Wrench> {
+        let suction = &mut self.grippers[index].suction;
         let (object, joint) = suction.joint()?;
-        let body = self.objects.body(self.engine, object)?;
-        let joint = self.engine.impulse_joints.get(joint);
+        let body = engine.object(object)?;
+        let joint = engine.rapier().impulse_joints.get(joint);
         // A disabled object has left the cell; its joint would pull at a body without motion.
         let Some(joint) = joint.filter(|_| body.is_enabled()) else {
-            release(suction, self.engine);
+            release(suction, engine);
             return None;
         };
         let of_joint = of_joint(joint);
-        let bodies = &self.objects.bodies;
-        let hanging = hanging::with(self.engine, bodies, object);
-        let cup = self.arms[index].tcp(self.engine);
+        let (rapier, bodies) = (engine.rapier(), engine.objects());
+        let hanging = hanging::with(rapier, bodies, object);
+        let cup = arm.tcp(rapier);
         // Two cups on one load: momentum gives their sum, not the share of this one.
         let hanging = hanging.filter(|hanging| !self.others_hold(index, hanging));
         let of_momentum =
-            hanging.and_then(|hanging| self.before.load(self.engine, bodies, &hanging, &cup));
+            hanging.and_then(|hanging| self.before.load(rapier, bodies, &hanging, &cup));
         Some(of_momentum.unwrap_or(of_joint))
     }
 
     /// Whether the cup of another arm holds one of these objects.
     fn others_hold(&self, index: usize, objects: &[usize]) -> bool {
-        let arms = self.memory.iter().enumerate();
-        let mut others = arms.filter(|(arm, _)| *arm != index);
-        others.any(|(_, arm)| arm.suction.attached().is_some_and(|o| objects.contains(&o)))
+        let grippers = self.grippers.iter().enumerate();
+        let others = grippers.filter(|(arm, _)| *arm != index);
+        let mut held = others.filter_map(|(_, gripper)| gripper.suction.attached());
+        held.any(|object| objects.contains(&object))
     }
 
     /// Whether the objects on the cup would break its grip at rest.
-    fn is_too_heavy(&self, index: usize, limit: BreakLimit) -> bool {
-        let arm = &self.arms[index];
-        let attached = self.memory[index].suction.attached();
-        let (Some(limits), Some(object)) = (&arm.robot.suction, attached) else {
+    fn is_too_heavy(
+        &self,
+        engine: &Engine,
+        (index, arm): (usize, &Arm),
+        limit: BreakLimit,
+    ) -> bool {
+        let attached = self.grippers[index].suction.attached();
+        let (Some(limits), Some(object)) = (&arm.robot().suction, attached) else {
             return false;
         };
-        let cup = arm.tcp(self.engine).translation.vector;
-        let load = hanging::load(self.engine, &self.objects.bodies, object, &cup);
+        let cup = arm.tcp(engine.rapier()).translation.vector;
+        let load = hanging::load(engine.rapier(), engine.objects(), object, &cup);
         let Some((force, torque)) = load else {
             return false;
         };

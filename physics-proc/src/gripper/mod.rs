@@ -3,6 +3,7 @@
 pub(crate) mod beam;
 pub(crate) mod cup;
 pub(crate) mod cups;
+pub(crate) mod grippers;
 pub(crate) mod hanging;
 pub(crate) mod momentum;
 pub(crate) mod parallel;

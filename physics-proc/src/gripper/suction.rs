@@ -14,8 +14,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::arm::multibody::Arm;
 use crate::engine::convert;
-use crate::engine::objects::Objects;
 use crate::engine::settings::TICK_S;
+use crate::engine::simulation::Engine;
 use crate::gripper::cup;
 
 /// Ticks of the mean that is compared with the limits.
@@ -58,22 +58,22 @@ struct Grip {
 
 impl Suction {
     /// Takes the gripper part of an accepted command.
-    pub(crate) fn command(&mut self, command: &GripperCommand) {
+    pub(super) fn command(&mut self, command: &GripperCommand) {
         self.wanted = command.suction != 0;
     }
 
     /// The object attached.
-    pub(crate) fn attached(&self) -> Option<usize> {
+    pub(super) fn attached(&self) -> Option<usize> {
         self.grip.as_ref().map(|grip| grip.object)
     }
 
     /// The object attached, and the joint that holds it.
-    pub(crate) fn joint(&self) -> Option<(usize, ImpulseJointHandle)> {
+    pub(super) fn joint(&self) -> Option<(usize, ImpulseJointHandle)> {
         self.grip.as_ref().map(|grip| (grip.object, grip.joint))
     }
 
     /// Writes the report of the gripper.
-    pub(crate) fn write(&self, limits: &SuctionGripper, out: &mut GripperState) {
+    pub(super) fn write(&self, limits: &SuctionGripper, out: &mut GripperState) {
         let mean = self.grip.as_ref().map_or([0.0; 6], Grip::mean);
         let (force, torque) = norms(&mean);
         out.suction_force = finite(force);
@@ -109,12 +109,12 @@ impl Suction {
     }
 
     /// Adds the wrench of one tick; returns the limit that the mean exceeds.
-    pub(crate) fn feel(&mut self, wrench: Wrench, limits: &SuctionGripper) -> Option<Exceeded> {
+    pub(super) fn add_load(&mut self, wrench: Wrench, limits: &SuctionGripper) -> Option<Exceeded> {
         let grip = self.grip.as_mut()?;
         let (force, torque) = norms(&wrench);
         self.peak_force = self.peak_force.max(force);
         self.peak_torque = self.peak_torque.max(torque);
-        grip.feel(wrench);
+        grip.add_load(wrench);
         let (force, torque) = norms(&grip.mean());
         let (slow_force, slow_torque) = norms(&grip.slow);
         if force > limits.force_limit {
@@ -127,7 +127,7 @@ impl Suction {
         })
     }
 
-    pub(crate) fn note_break(&mut self, limit: BreakLimit, cause: BreakCause) {
+    pub(super) fn note_break(&mut self, limit: BreakLimit, cause: BreakCause) {
         self.breaks = self.breaks.wrapping_add(1);
         self.break_limit = limit.code();
         self.break_cause = cause.code();
@@ -135,9 +135,9 @@ impl Suction {
 }
 
 impl Grip {
-    fn feel(&mut self, wrench: Wrench) {
-        if let Some(slot) = self.ring.get_mut(self.next) {
-            *slot = wrench;
+    fn add_load(&mut self, wrench: Wrench) {
+        if let Some(oldest) = self.ring.get_mut(self.next) {
+            *oldest = wrench;
         }
         self.next = (self.next + 1) % MEAN_TICKS;
         for (slow, now) in self.slow.iter_mut().zip(wrench) {
@@ -159,8 +159,8 @@ impl Grip {
 /// A limit that was exceeded, and whether the load was near it for long.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Exceeded {
-    pub(crate) limit: BreakLimit,
-    pub(crate) slow: bool,
+    pub(super) limit: BreakLimit,
+    pub(super) slow: bool,
 }
 
 impl Exceeded {
@@ -170,15 +170,9 @@ impl Exceeded {
 }
 
 /// Switches the suction of an arm by its last accepted command; called before the step. In a
-/// `broken` engine nothing is gripped.
-pub(crate) fn switch(
-    engine: &mut PhysicsWorld,
-    (index, arm): (usize, &Arm),
-    objects: &Objects,
-    suction: &mut Suction,
-    broken: bool,
-) {
-    let Some(limits) = &arm.robot.suction else {
+/// broken engine nothing is gripped.
+pub(super) fn switch(engine: &mut Engine, (index, arm): (usize, &Arm), suction: &mut Suction) {
+    let Some(limits) = &arm.robot().suction else {
         return;
     };
     // Once per change: a cup that missed does not search in each tick. The refusal is
@@ -187,11 +181,13 @@ pub(crate) fn switch(
         suction.on = suction.wanted;
         if !suction.on {
             release(suction, engine);
-        } else if !broken {
-            match cup::find(engine, index, &arm.tcp(engine), limits) {
+        } else if !engine.is_broken() {
+            let rapier = engine.rapier();
+            match cup::find(rapier, index, &arm.tcp(rapier), limits) {
                 Ok(object) => {
-                    let body = objects.bodies.get(object).copied();
-                    if let Some(joint) = body.and_then(|b| join(engine, arm, b)) {
+                    let body = engine.objects().get(object).copied();
+                    let joint = body.and_then(|body| join(engine.rapier_mut(), arm, body));
+                    if let Some(joint) = joint {
                         suction.attach(object, joint);
                     }
                 }
@@ -201,7 +197,7 @@ pub(crate) fn switch(
     }
     // An object that fell asleep on the cup would not follow the arm.
     let held = suction.attached();
-    if let Some(body) = held.and_then(|object| objects.body_mut(engine, object)) {
+    if let Some(body) = held.and_then(|object| engine.object_mut(object)) {
         body.wake_up(true);
     }
 }
@@ -223,9 +219,10 @@ fn join(
     Some(engine.impulse_joints.insert(link, object, joint, true))
 }
 
-pub(crate) fn release(suction: &mut Suction, engine: &mut PhysicsWorld) {
+pub(super) fn release(suction: &mut Suction, engine: &mut Engine) {
     if let Some(grip) = suction.grip.take() {
-        engine.impulse_joints.remove(grip.joint, true);
+        let joints = &mut engine.rapier_mut().impulse_joints;
+        joints.remove(grip.joint, true);
     }
 }
 

@@ -140,18 +140,12 @@ fn it_refuses_with_a_reason_until_it_is_switched_again() {
     }
     let mut hold = Hold::new(0.6, [0.0, 0.0], 0.015, 0.0);
     hold.run(3);
-    let tcp = hold.world.arms[0]
-        .tcp(&hold.world.engine)
-        .translation
-        .vector;
+    let (engine, arms) = hold.world.engine_and_arms();
+    let tcp = arms.tcp(engine, 0).unwrap().translation.vector;
     let near = convert::to_pose(&Isometry3::translation(tcp.x, tcp.y, tcp.z - 0.054));
     let put = |hold: &mut Hold| {
-        let body = hold
-            .world
-            .engine
-            .bodies
-            .get_mut(hold.world.objects.bodies[0])
-            .unwrap();
+        let (engine, _) = hold.world.engine_and_arms();
+        let body = engine.object_mut(0).unwrap();
         body.set_linvel(rapier3d_f64::math::Vector::ZERO, true);
         body.set_position(near, true);
     };
@@ -242,7 +236,9 @@ fn parts_that_fall_into_a_held_bin_are_felt_until_it_falls_and_spills() {
     let height = hold.state().objects[0].pose.position[2];
     let mut request = OperatorRequest::zeroed_at_identity();
     request.count = 12;
-    let reply = hold.world.operate(OperatorAction::DropParts, &request);
+    let reply = hold
+        .world
+        .execute_request(OperatorAction::DropParts, &request);
     assert_eq!(reply.1, "");
     hold.run(6_000);
     // It contains twelve parts.
@@ -251,7 +247,8 @@ fn parts_that_fall_into_a_held_bin_are_felt_until_it_falls_and_spills() {
     assert!((share - 1.0).abs() < 0.02, "{share}");
     assert!(gripper.peak_force > 20.0 && gripper.suction_torque > 0.5);
     request.count = 40;
-    hold.world.operate(OperatorAction::DropParts, &request);
+    hold.world
+        .execute_request(OperatorAction::DropParts, &request);
     let mut ticks = 0;
     while hold.gripper().breaks == 0 {
         hold.run(10);

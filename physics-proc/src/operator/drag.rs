@@ -9,8 +9,8 @@ use rapier3d_f64::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::engine::convert;
-use crate::engine::objects::Objects;
 use crate::engine::settings::{GRAVITY, TICK_S};
+use crate::engine::simulation::Engine;
 
 /// Largest force of the spring (N).
 // Carries 8 kg; a cube in the hand slips by 0.2 mm under this force (ADR 0030).
@@ -36,9 +36,9 @@ const MAX_TORQUE_NM: f64 = 1.0;
 
 /// One drag under way.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Drag {
+struct Drag {
     /// Object by its place in the cell.
-    pub(crate) object: usize,
+    object: usize,
     /// The hand (m, world).
     hand: [f64; 3],
     /// Goal of the object (m, world).
@@ -48,12 +48,44 @@ pub(crate) struct Drag {
     ticks_left: u64,
 }
 
-/// Pulls every object that is dragged; drags that have ended are removed.
-pub(crate) fn pull(engine: &mut PhysicsWorld, objects: &Objects, drags: &mut Vec<Drag>) {
-    drags.retain_mut(|drag| {
-        let body = objects.body_mut(engine, drag.object);
-        body.is_some_and(|body| drag.apply(body))
-    });
+/// All drags under way: part of every snapshot.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct Drags(Vec<Drag>);
+
+impl Drags {
+    /// Drags the object at `pose` to `target` (m, world) for at most `seconds`.
+    pub(super) fn start(
+        &mut self,
+        object: usize,
+        pose: &Isometry3<f64>,
+        target: [f64; 3],
+        seconds: f64,
+    ) {
+        // A new drag replaces the one of the same object; two springs on it would fight each
+        // other.
+        self.end(object);
+        self.0.push(Drag::new(object, pose, target, seconds));
+        // In the order of objects, not of requests: equal runs have equal snapshots.
+        self.0.sort_by_key(|drag| drag.object);
+    }
+
+    /// Ends the drag of an object.
+    pub(crate) fn end(&mut self, object: usize) {
+        self.0.retain(|drag| drag.object != object);
+    }
+
+    /// Whether an object is dragged.
+    pub(super) fn contains(&self, object: usize) -> bool {
+        self.0.iter().any(|drag| drag.object == object)
+    }
+
+    /// Pulls every object that is dragged; drags that have ended are removed.
+    pub(super) fn pull(&mut self, engine: &mut Engine) {
+        self.0.retain_mut(|drag| {
+            let body = engine.object_mut(drag.object);
+            body.is_some_and(|body| drag.apply(body))
+        });
+    }
 }
 
 impl Drag {
@@ -63,12 +95,7 @@ impl Drag {
         clippy::cast_sign_loss,
         reason = "seconds are validated to 0..3600"
     )]
-    pub(crate) fn new(
-        object: usize,
-        pose: &Isometry3<f64>,
-        target: [f64; 3],
-        seconds: f64,
-    ) -> Self {
+    fn new(object: usize, pose: &Isometry3<f64>, target: [f64; 3], seconds: f64) -> Self {
         let seconds = if seconds > 0.0 {
             seconds
         } else {
@@ -84,7 +111,7 @@ impl Drag {
     }
 
     /// Sets the forces of one tick; false when the drag is over.
-    pub(crate) fn apply(&mut self, body: &mut RigidBody) -> bool {
+    fn apply(&mut self, body: &mut RigidBody) -> bool {
         // Forces of the last tick would add up: the engine keeps them until they are reset.
         body.reset_forces(true);
         body.reset_torques(true);
@@ -94,19 +121,19 @@ impl Drag {
             return false;
         }
         self.ticks_left -= 1;
-        self.walk(target);
+        self.move_hand(target);
         let force = self.force(body, &position);
         body.add_force(convert::to_vector(&force), true);
         body.add_torque(convert::to_vector(&self.torque(body)), true);
         true
     }
 
-    fn walk(&mut self, target: Vector3<f64>) {
+    fn move_hand(&mut self, target: Vector3<f64>) {
         let hand = Vector3::from(self.hand);
-        let way = target - hand;
-        let speed = (APPROACH_PER_S * way.norm()).min(SPEED_M_S);
-        let next = if way.norm() > speed * TICK_S {
-            hand + way.normalize() * speed * TICK_S
+        let path = target - hand;
+        let speed = (APPROACH_PER_S * path.norm()).min(SPEED_M_S);
+        let next = if path.norm() > speed * TICK_S {
+            hand + path.normalize() * speed * TICK_S
         } else {
             target
         };

@@ -6,28 +6,28 @@ use serde::{Deserialize, Serialize};
 /// [`OperatorPanel`] as part of a snapshot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Panel {
-    pub(crate) task_start: u32,
-    pub(crate) task_started: bool,
-    pub(crate) task_reset: u32,
-    pub(crate) task_paused: bool,
-    pub(crate) target_arm: u32,
-    pub(crate) target_seq: u32,
-    pub(crate) target_position: [f64; 3],
-    pub(crate) target_orientation_wxyz: [f64; 4],
-    pub(crate) gripper_seq: u32,
-    pub(crate) gripper: u32,
-    pub(crate) drop_parts: u32,
-    pub(crate) add_bin: u32,
-    pub(crate) scene_reset: u32,
+    pub(super) task_start: u32,
+    pub(super) task_started: bool,
+    pub(super) task_reset: u32,
+    pub(super) task_paused: bool,
+    pub(super) target_arm: u32,
+    pub(super) target_seq: u32,
+    pub(super) target_position: [f64; 3],
+    pub(super) target_orientation_wxyz: [f64; 4],
+    pub(super) gripper_seq: u32,
+    pub(super) gripper: u32,
+    pub(super) drop_parts: u32,
+    pub(super) add_bin: u32,
+    pub(super) scene_reset: u32,
     /// Replaces the pose if it is set.
-    pub(crate) target_joints: Option<[f64; MAX_JOINTS]>,
+    pub(super) target_joints: Option<[f64; MAX_JOINTS]>,
     /// Breakpoints of the task.
-    pub(crate) breaks: Vec<String>,
+    pub(super) breaks: Vec<String>,
 }
 
 impl Panel {
     /// Nothing was asked for yet.
-    pub(crate) const NEW: Self = Self {
+    pub(super) const NEW: Self = Self {
         task_start: 0,
         task_started: false,
         task_reset: 0,
@@ -46,10 +46,10 @@ impl Panel {
     };
 
     /// As it is published.
-    pub(crate) fn to_wire(&self) -> OperatorPanel {
+    pub(super) fn to_wire(&self) -> OperatorPanel {
         let mut breaks = [Text::EMPTY; MAX_BREAKS];
-        for (slot, name) in breaks.iter_mut().zip(&self.breaks) {
-            *slot = Text::new(name);
+        for (text, name) in breaks.iter_mut().zip(&self.breaks) {
+            *text = Text::new(name);
         }
         OperatorPanel {
             task_start: self.task_start,

@@ -32,13 +32,13 @@ impl Plant {
             if action.is_for_launcher() {
                 self.waiting = Some((line, action));
             } else {
-                let reply = self.obey_script(&action, decision);
+                let reply = self.execute_line(&action, decision);
                 self.note_script(line, &action, reply);
             }
         }
     }
 
-    fn obey_script(
+    fn execute_line(
         &mut self,
         action: &ScriptAction,
         decision: Option<&Decision>,
@@ -57,7 +57,11 @@ impl Plant {
         }
         let request = self.request_of(action);
         let request = request.ok_or_else(|| "this cell has no such object or arm".to_owned())?;
-        let reply = self.answer(&request);
+        let accepted = self.accepted;
+        let reply = self.answer_request(&request);
+        // A line is run again by the successor's own script: it must not be repeated as a request
+        // with a number as well.
+        self.accepted = accepted;
         match ReplyCode::from_code(reply.code) {
             Some(ReplyCode::Accepted) => Ok(()),
             _ => Err(reply.message.as_str().to_owned()),

@@ -59,7 +59,7 @@ impl Requests {
             lost += number - plant.accepted() - 1;
             // Obeying counts up by one, so that the request gets its old number again.
             plant.set_accepted(number - 1);
-            plant.operate(&request);
+            plant.answer_request(&request);
             // A request that is refused now keeps its number: the next one has its own.
             lost += u64::from(plant.accepted() < number);
             plant.set_accepted(number);

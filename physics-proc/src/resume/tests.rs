@@ -90,7 +90,7 @@ impl Physics {
         let mut request = OperatorRequest::zeroed_at_identity();
         request.action = action.code();
         request.count = count;
-        let reply = self.plant.operate(&request);
+        let reply = self.plant.answer_request(&request);
         assert_eq!(
             reply.code,
             ReplyCode::Accepted.code(),

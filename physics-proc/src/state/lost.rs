@@ -2,28 +2,6 @@
 
 use crate::world::World;
 
-impl World {
-    /// Number of these objects.
-    pub fn lost(&self) -> usize {
-        self.memory.equipment.parking.lost.len()
-    }
-
-    /// Names of the lost objects after the first `known`; empty where there are none.
-    pub fn lost_words(&self, known: usize) -> String {
-        let lost = self.memory.equipment.parking.lost.iter().skip(known);
-        let names = lost.filter_map(|object| self.objects.specs.get(*object));
-        let names: Vec<String> = names.map(|spec| format!("'{}'", spec.name)).collect();
-        if names.is_empty() {
-            return String::new();
-        }
-        format!(
-            "below z = {:.2} m an object is out of the cell until a reset: {}",
-            self.equipment.clear_below,
-            names.join(", ")
-        )
-    }
-}
-
 /// Reports lost objects once each.
 pub(crate) struct LostNews {
     known: usize,
@@ -41,7 +19,7 @@ impl LostNews {
     }
 
     /// Reports each new lost object once in the log.
-    pub(crate) fn look(&mut self, world: &World) {
+    pub(crate) fn report(&mut self, world: &World) {
         let known = std::mem::replace(&mut self.known, world.lost());
         if known == self.known {
             return;

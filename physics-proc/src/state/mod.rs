@@ -2,8 +2,6 @@
 
 pub(crate) mod hash;
 pub(crate) mod lost;
-pub(crate) mod memory;
-pub(crate) mod message;
 pub(crate) mod snapshot;
 pub(crate) mod tap;
 pub(crate) mod touching;

@@ -4,18 +4,16 @@
 //! What can go wrong: bytes of another cell, seed or engine restore without an error and move
 //! differently, or a damaged file ends the process. So a stamp of cell and engine is compared
 //! first, a broken length allocates no more than the file has bytes, and nothing of the world
-//! changes before all of it was read. Parts of the engine that are not in its bytes (the
-//! dispatcher of contact points, ADR 0028) are set again here. A new field of the world that
-//! decides the next tick has to be in `Memory`, or a kill loses it.
+//! changes before all of it was read. A component of the world saves and restores its own part;
+//! a new field of it that decides the next tick has to be in that part, or a kill loses it.
 
 use bincode::Options;
 use cell_model::Cell;
-use rapier3d_f64::prelude::PhysicsWorld;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
-use crate::engine::manifolds;
 use crate::error::WorldError;
 use crate::state::hash::StateHash;
-use crate::state::memory::Memory;
 
 /// Stamp of a snapshot: one of another engine or another cell is refused.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -75,8 +73,8 @@ pub(crate) fn fingerprint(cell: &Cell) -> u64 {
 
 /// Appends a state to `out`: as bytes, of any size. Less than a state, which
 /// [`decode`] refuses, if the engine cannot be written, which no state of a cell causes.
-pub(crate) fn encode(fingerprint: u64, memory: &Memory, engine: &PhysicsWorld, out: &mut Vec<u8>) {
-    let parts = (stamp(fingerprint), memory, engine);
+pub(crate) fn encode(fingerprint: u64, state: &impl Serialize, out: &mut Vec<u8>) {
+    let parts = (stamp(fingerprint), state);
     codec(usize::MAX).serialize_into(out, &parts).ok();
 }
 
@@ -84,7 +82,7 @@ pub(crate) fn encode(fingerprint: u64, memory: &Memory, engine: &PhysicsWorld, o
 ///
 /// # Errors
 /// [`WorldError::Snapshot`] for bytes of another cell, engine or program.
-pub(crate) fn decode(fingerprint: u64, bytes: &[u8]) -> Result<(Memory, PhysicsWorld), WorldError> {
+pub(crate) fn decode<T: DeserializeOwned>(fingerprint: u64, bytes: &[u8]) -> Result<T, WorldError> {
     let refuse = |reason: String| WorldError::Snapshot { reason };
     let mut reader = bytes;
     let found: Stamp = codec(bytes.len())
@@ -98,11 +96,7 @@ pub(crate) fn decode(fingerprint: u64, bytes: &[u8]) -> Result<(Memory, PhysicsW
             "it is of another cell, seed or engine version".to_owned(),
         ));
     }
-    let (memory, mut engine) = codec(bytes.len())
+    codec(bytes.len())
         .deserialize_from(reader)
-        .map_err(|e| refuse(format!("it is damaged ({e})")))?;
-    // Not part of the bytes: without it a restored world would keep contact points of round
-    // shapes, and differ from the one that was saved.
-    manifolds::renew_round(&mut engine);
-    Ok((memory, engine))
+        .map_err(|e| refuse(format!("it is damaged ({e})")))
 }

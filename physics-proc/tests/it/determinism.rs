@@ -64,12 +64,12 @@ fn a_reset_brings_the_scene_back_and_time_goes_on() {
     let before = rig.state();
     rig.pick(2, 0.1);
     let tick = rig.world.tick();
-    rig.world.operate(
+    rig.world.execute_request(
         OperatorAction::TaskStart,
         &request(OperatorAction::TaskStart),
     );
     rig.world
-        .operate(OperatorAction::Reset, &request(OperatorAction::Reset));
+        .execute_request(OperatorAction::Reset, &request(OperatorAction::Reset));
     let after = rig.state();
     assert_eq!(after.header.tick, tick);
     assert_eq!(after.objects[2].pose, before.objects[2].pose);

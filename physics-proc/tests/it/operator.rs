@@ -25,7 +25,7 @@ fn a_dragged_cube_arrives_gently_and_is_let_go() {
     let goal = [0.6, 0.1, 0.025];
     assert_eq!(
         rig.world
-            .operate(OperatorAction::Drag, &drag(0, goal, 3.0))
+            .execute_request(OperatorAction::Drag, &drag(0, goal, 3.0))
             .0,
         ReplyCode::Accepted
     );
@@ -66,7 +66,7 @@ fn a_held_cube_can_be_pulled_out_of_the_hand() {
     let place = rig.object(0).translation.vector;
     let beside = [place.x + 0.35, place.y, place.z];
     rig.world
-        .operate(OperatorAction::Drag, &drag(0, beside, 2.0));
+        .execute_request(OperatorAction::Drag, &drag(0, beside, 2.0));
     let mut before = rig.object(0).translation.vector;
     for _ in 0..2_500 {
         rig.stay(1);
@@ -93,8 +93,9 @@ fn a_held_cube_can_be_pulled_out_of_the_hand() {
 #[test]
 fn requests_that_make_no_sense_are_answered() {
     let mut rig = Rig::new(1);
-    let code =
-        |rig: &mut Rig, action, request: &OperatorRequest| rig.world.operate(action, request).0;
+    let code = |rig: &mut Rig, action, request: &OperatorRequest| {
+        rig.world.execute_request(action, request).0
+    };
     assert_eq!(
         code(&mut rig, OperatorAction::Drag, &drag(4, [0.0; 3], 1.0)),
         ReplyCode::UnknownObject
@@ -131,15 +132,17 @@ fn requests_that_make_no_sense_are_answered() {
 fn the_panel_counts_requests_and_keeps_the_last_target() {
     let mut rig = Rig::new(1);
     let request = drag(0, [0.4, 0.1, 0.3], 0.0);
-    rig.world.operate(OperatorAction::Target, &request);
-    rig.world.operate(OperatorAction::Target, &request);
-    rig.world.operate(OperatorAction::TaskPause, &request);
+    rig.world.execute_request(OperatorAction::Target, &request);
+    rig.world.execute_request(OperatorAction::Target, &request);
+    rig.world
+        .execute_request(OperatorAction::TaskPause, &request);
     let panel = rig.state().panel;
     assert_eq!(
         (panel.target_seq, panel.task_paused, panel.target.position),
         (2, 1, [0.4, 0.1, 0.3])
     );
-    rig.world.operate(OperatorAction::TaskResume, &request);
+    rig.world
+        .execute_request(OperatorAction::TaskResume, &request);
     assert_eq!(rig.state().panel.task_paused, 0);
 }
 
@@ -149,7 +152,7 @@ fn an_answer_says_what_a_request_does_not_do_yet() {
     let mut ask = |action| {
         let (code, message) = rig
             .world
-            .operate(action, &OperatorRequest::zeroed_at_identity());
+            .execute_request(action, &OperatorRequest::zeroed_at_identity());
         assert_eq!(code, ReplyCode::Accepted);
         // And the note of a plant whose time is paused.
         assert!(

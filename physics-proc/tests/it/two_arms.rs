@@ -78,7 +78,7 @@ fn a_cube_is_dragged_out_of_the_hand_of_the_second_arm() {
     drag.pose.position = [place.x, place.y - 0.3, place.z];
     drag.seconds = 2.0;
     assert_eq!(
-        rig.world.operate(OperatorAction::Drag, &drag).0,
+        rig.world.execute_request(OperatorAction::Drag, &drag).0,
         ReplyCode::Accepted
     );
     rig.stay(2_500);
@@ -108,11 +108,11 @@ fn the_panel_speaks_for_one_arm_at_a_time() {
     let mut request = OperatorRequest::zeroed();
     request.pose.orientation_wxyz = [0.0, 1.0, 0.0, 0.0];
     request.pose.position = [0.4, -0.3, 0.4];
-    world.operate(OperatorAction::Target, &request);
+    world.execute_request(OperatorAction::Target, &request);
     // A gripper of the other arm: it keeps its place.
     request.arm = 1;
     request.count = GripperGoal::Close.code();
-    world.operate(OperatorAction::Gripper, &request);
+    world.execute_request(OperatorAction::Gripper, &request);
     world.write_state(&mut state);
     let panel = state.panel;
     assert_eq!(
@@ -122,7 +122,7 @@ fn the_panel_speaks_for_one_arm_at_a_time() {
     assert_eq!(panel.target.position, state.arms[1].tcp.position);
     // Back to the first arm: its hand was not closed.
     request.arm = 0;
-    world.operate(OperatorAction::Target, &request);
+    world.execute_request(OperatorAction::Target, &request);
     world.write_state(&mut state);
     let panel = state.panel;
     assert_eq!(
@@ -131,7 +131,7 @@ fn the_panel_speaks_for_one_arm_at_a_time() {
     );
     request.arm = 2;
     assert_eq!(
-        world.operate(OperatorAction::Gripper, &request).0,
+        world.execute_request(OperatorAction::Gripper, &request).0,
         ReplyCode::UnknownArm
     );
 }

@@ -183,8 +183,8 @@ impl OneProcess {
     }
 
     /// Handles an operator's request and returns the answer of physics.
-    pub fn operate(&mut self, request: &OperatorRequest) -> OperatorReply {
-        self.plant.operate(request)
+    pub fn answer_request(&mut self, request: &OperatorRequest) -> OperatorReply {
+        self.plant.answer_request(request)
     }
 
     /// One tick. `false` if no step was made: the cell is paused, or its run has ended.
@@ -205,7 +205,7 @@ impl OneProcess {
             let mut done = OperatorRequest::zeroed();
             done.action = ipc_types::operator::OperatorAction::ScriptDone.code();
             done.count = line;
-            self.plant.operate(&done);
+            self.plant.answer_request(&done);
             next = self
                 .plant
                 .before_step(self.decided.then_some(&self.decision));

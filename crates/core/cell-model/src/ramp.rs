@@ -64,7 +64,7 @@ impl RampState {
     }
 
     /// Whether the joint is at rest.
-    pub fn stands(&self) -> bool {
+    pub fn is_at_rest(&self) -> bool {
         self.velocity == 0.0 && self.acceleration == 0.0
     }
 }
@@ -76,7 +76,7 @@ pub fn brake_all(joints: &mut [RampState], limits: &JointLimits, dt: f64) -> boo
     for (joint, (acceleration, jerk)) in joints.iter_mut().zip(limits) {
         *joint = joint.brake(*acceleration, *jerk, dt);
     }
-    joints.iter().all(RampState::stands)
+    joints.iter().all(RampState::is_at_rest)
 }
 
 /// First deceleration `s` of a falling series `s`, `s - change`, ... (while positive) with the
@@ -109,7 +109,7 @@ mod tests {
                 (quotient - before.acceleration).abs() / DT <= jerk * (1.0 + 1e-6),
                 "{start:?} at {ticks}"
             );
-            if after.stands() {
+            if after.is_at_rest() {
                 return after;
             }
             before = after;

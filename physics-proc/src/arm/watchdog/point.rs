@@ -42,7 +42,7 @@ pub(super) fn limited(before: Point, command: RampState, spec: &JointSpec) -> Po
 }
 
 /// The commanded motion of a joint.
-pub(super) fn told(command: &ArmCommand, joint: usize) -> RampState {
+pub(super) fn commanded(command: &ArmCommand, joint: usize) -> RampState {
     RampState {
         position: command.joint_positions[joint],
         velocity: command.joint_velocities[joint],
@@ -57,7 +57,7 @@ pub(super) fn advance_one(
     joint: usize,
     spec: &JointSpec,
 ) -> (RampState, bool) {
-    violations::advance(&ramp_state(*before), &told(command, joint), 1.0, spec)
+    violations::advance(&ramp_state(*before), &commanded(command, joint), 1.0, spec)
 }
 
 /// The state of a joint as a point.

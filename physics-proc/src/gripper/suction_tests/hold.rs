@@ -121,17 +121,9 @@ impl Hold {
     /// Pulls with `force` (N, world) at a point of the block's top face `arm`
     /// away from the cup (m, world) while it runs one tick.
     pub(super) fn pull(&mut self, force: Vector3<f64>, arm: Vector3<f64>) {
-        let point = self.world.arms[0]
-            .tcp(&self.world.engine)
-            .translation
-            .vector
-            + arm;
-        let body = self
-            .world
-            .engine
-            .bodies
-            .get_mut(self.world.objects.bodies[0])
-            .unwrap();
+        let (engine, arms) = self.world.engine_and_arms();
+        let point = arms.tcp(engine, 0).unwrap().translation.vector + arm;
+        let body = engine.object_mut(0).unwrap();
         body.reset_forces(true);
         body.reset_torques(true);
         body.add_force_at_point(convert::to_vector(&force), convert::to_vector(&point), true);

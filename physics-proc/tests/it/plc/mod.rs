@@ -176,7 +176,7 @@ impl Plc {
         let mut request = OperatorRequest::zeroed_at_identity();
         request.action = action.code();
         request.count = count;
-        self.world.operate(action, &request)
+        self.world.execute_request(action, &request)
     }
 
     pub fn drag(&mut self, object: usize, to: [f64; 3], seconds: f64) {
@@ -185,7 +185,7 @@ impl Plc {
         request.object = object as u32;
         request.pose.position = to;
         request.seconds = seconds;
-        let reply = self.world.operate(OperatorAction::Drag, &request);
+        let reply = self.world.execute_request(OperatorAction::Drag, &request);
         assert_eq!(reply.0, ReplyCode::Accepted, "{}", reply.1);
     }
 

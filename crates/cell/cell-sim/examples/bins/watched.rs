@@ -35,7 +35,7 @@ impl Watched {
         let (bins, task) = (cell.bins, cell.task.clone());
         let touches = Touches::new(&cell);
         let mut sim = OneProcess::new(&demos::policies(), &spec, cell).expect("a cell that runs");
-        sim.operate(&OperatorRequest {
+        sim.answer_request(&OperatorRequest {
             action: OperatorAction::TaskStart.code(),
             ..OperatorRequest::zeroed_at_identity()
         });

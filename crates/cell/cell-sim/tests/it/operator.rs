@@ -94,7 +94,7 @@ fn anything_at_any_moment(demo: &str, policy: &str) {
             // The bus refuses it before anybody sees it.
             continue;
         }
-        let reply = sim.operate(&request);
+        let reply = sim.answer_request(&request);
         reply.validate().unwrap();
         accepted += u32::from(reply.code == ReplyCode::Accepted.code());
         for _ in 0..random.below(600) {

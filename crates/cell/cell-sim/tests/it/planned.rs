@@ -26,7 +26,7 @@ fn send(cell: &mut OneProcess, position: [f64; 3]) {
         position,
         orientation_wxyz: DOWN,
     };
-    cell.operate(&request);
+    cell.answer_request(&request);
 }
 
 /// Ticks until the arm is at `target` for good, `ticks` at most, and its least clearance (m).
@@ -85,7 +85,7 @@ fn drag(cell: &mut OneProcess, position: [f64; 3]) {
     request.action = OperatorAction::Drag.code();
     request.pose.position = position;
     request.seconds = 1.5;
-    cell.operate(&request);
+    cell.answer_request(&request);
 }
 
 #[test]

@@ -51,7 +51,7 @@ fn cell(urdf: PathBuf) -> (Robot, OneProcess) {
 }
 
 fn send_to(sim: &mut OneProcess, position: Vector3<f64>, orientation_wxyz: [f64; 4]) {
-    let reply = sim.operate(&OperatorRequest {
+    let reply = sim.answer_request(&OperatorRequest {
         action: OperatorAction::Target.code(),
         pose: Pose {
             position: position.into(),
