@@ -10,16 +10,18 @@ pub use crate::cli_behaviour::{
     BehaviourArgs, BehaviourVerb, CheckArgs, ImportArgs, PictureFormat, SchemaArgs, SchemaKind,
     ShowArgs, TreeArgs, TreeVerb,
 };
-pub use crate::cli_common::{CellArgs, CompleteArgs, DataArgs, ManArgs, ProcessName};
+pub use crate::cli_common::{
+    CellArgs, CompleteArgs, DataArgs, JobArgs, ManArgs, ProcessName, ProgramArgs, SceneArgs,
+};
 pub use crate::cli_eval::{BisectArgs, EpisodeArgs, EvalArgs, EvalVerb, MergeArgs, ReportRowsArgs};
-pub use crate::cli_hand::{GripperArgs, GripperVerb, JointsArgs, TargetArgs};
+pub use crate::cli_hand::{ArmArgs, GripperArgs, GripperVerb, JointsArgs, MoveArgs, TargetArgs};
 use crate::cli_kinds::FaultKind;
 pub use crate::cli_operate::{
     AddBinArgs, BreakArgs, DragArgs, DropPartsArgs, RestartArgs, SpeedArgs, StepArgs, TaskArgs,
     TaskVerb,
 };
 pub use crate::cli_page::{
-    AssetsArgs, AssetsVerb, LoadArgs, PlotArgs, RecordArgs, RecordVerb, ReplayArgs,
+    AssetsArgs, AssetsVerb, LoadArgs, PageArgs, PlotArgs, RecordArgs, RecordVerb, ReplayArgs,
 };
 pub use crate::cli_robot::{RobotArgs, SpheresArgs};
 pub use crate::cli_run::RunArgs;

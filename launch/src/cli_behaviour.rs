@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
 
-use crate::cli_common::{CellArgs, DataArgs};
+use crate::cli_common::{CellArgs, DataArgs, ProgramArgs};
 use crate::cli_kinds::OutputName;
 
 /// `robocell bt`.
@@ -93,9 +93,9 @@ pub struct CheckArgs {
     /// Print one JSON object
     #[arg(long)]
     pub json: bool,
-    /// Task program that knows what the file names
-    #[arg(long, value_name = "PROGRAM")]
-    pub task: Option<String>,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub program: ProgramArgs,
 }
 
 /// How a behaviour is drawn.
@@ -125,12 +125,9 @@ pub struct SchemaArgs {
     /// With `output`: the command [default: list all]
     #[arg(value_name = "NAME")]
     pub name: Option<OutputName>,
-    /// Task program whose jobs are described
-    #[arg(long, value_name = "PROGRAM")]
-    pub task: Option<String>,
-    /// Print JSON, as it does in any case
-    #[arg(long)]
-    pub json: bool,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub program: ProgramArgs,
 }
 
 /// Something with a schema.

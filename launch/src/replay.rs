@@ -20,7 +20,7 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<(), Failure> {
     let dir = RunDir::of(&format!("replay-{}", std::process::id()));
     let lock = dir.take("replay")?;
     dir.set_recording(&file).cannot("note what is replayed")?;
-    let shown = page::Page::new(args.listen.as_deref(), args.host.as_deref())?;
+    let shown = page::Page::new(&args.page)?;
     shown.save(&dir)?;
     let page = shown.spec(&dir);
     // Nothing else says the link of a recording, so it can be used again.
@@ -83,7 +83,7 @@ fn verify(args: &ReplayArgs, file: &Path) -> Result<(), Failure> {
         arguments.extend(["--data".to_owned(), dir.display().to_string()]);
     }
     arguments.extend(args.json.then(|| "--json".to_owned()));
-    let program = args.data.task.as_deref();
+    let program = args.data.program.task.as_deref();
     let program = program
         .map(|name| task_program::find(name, None))
         .transpose()?;

@@ -108,8 +108,8 @@ fn plan(args: &ChaosArgs, seed: u64) -> Result<Plan, Failure> {
     match &mut cli.command {
         Command::Run(run) => {
             run.data = args.data.clone();
-            run.speed = args.speed;
-            run.bins = args.bins;
+            run.scene.speed = args.speed;
+            run.job.bins = args.bins;
             Plan::resolve(run)
         }
         _ => Err(Failure::usage("no run")),

@@ -2,6 +2,8 @@
 
 use std::time::{Duration, Instant};
 
+use cell_model::runs::spec::Speed;
+
 use super::Session;
 use crate::cli::LoadArgs;
 use crate::control::{Request, ask};
@@ -16,9 +18,12 @@ pub(crate) fn load(args: &LoadArgs) -> Result<(), Failure> {
     let session = Session::of(&args.cell.cell)?;
     let request = Request::Load {
         demo: args.demo.clone(),
-        policy: args.policy.clone(),
-        seed: args.seed,
-        speed: args.speed.clone(),
+        policy: args.scene.policy.clone(),
+        seed: args.scene.seed,
+        speed: match args.scene.speed {
+            Speed::Max => "max".to_owned(),
+            speed => speed.factor().to_string(),
+        },
     };
     let reply = ask(&session.dir.control(), &request)?;
     if !reply.ok {

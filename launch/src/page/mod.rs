@@ -8,6 +8,7 @@ use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 
 use cell_model::runs::spec::{PageSecrets, PageSpec};
 
+use crate::cli::PageArgs;
 use crate::failure::{Context, Failure};
 use crate::rundir::RunDir;
 
@@ -25,12 +26,11 @@ pub(crate) struct Page {
 }
 
 impl Page {
-    /// A page that listens where `listen` says, or on loopback; `host` names this
-    /// machine in links for others.
-    pub(crate) fn new(listen: Option<&str>, host: Option<&str>) -> Result<Self, Failure> {
+    /// A page with a new token, at the address of the arguments.
+    pub(crate) fn new(args: &PageArgs) -> Result<Self, Failure> {
         Ok(Self {
-            place: place(listen)?,
-            host: host.map(str::to_owned),
+            place: place(args.listen.as_deref())?,
+            host: args.host.clone(),
             secrets: PageSecrets::random().cannot("make the token of the page")?,
         })
     }

@@ -14,7 +14,7 @@ use cell_model::runs::wire;
 use cell_model::{Cell, RobotFiles};
 
 use super::{arms, first_page};
-use crate::cli::RunArgs;
+use crate::cli::{JobArgs, RunArgs, SceneArgs};
 use crate::failure::{Context, Failure};
 use crate::flight;
 use crate::page::Page;
@@ -54,7 +54,7 @@ impl Plan {
     /// Resolves the command line; the first thing that is wrong is the error.
     pub fn resolve(args: &RunArgs) -> Result<Self, Failure> {
         let page = (!args.headless && !args.one_process)
-            .then(|| Page::new(args.listen.as_deref(), args.host.as_deref()))
+            .then(|| Page::new(&args.page))
             .transpose()?;
         let mut plan = Self::with_page(args, page)?;
         plan.waits_for_page = first_page::is_wanted(args, &plan.spec);
@@ -75,8 +75,8 @@ impl Plan {
             cell: args.cell.cell.clone(),
             demo: args.demo.clone(),
             policy: inputs.policy,
-            seed: args.seed,
-            speed: args.speed,
+            seed: args.scene.seed,
+            speed: args.scene.speed,
             data_dir: inputs.data_dir,
             task_program: inputs.program,
             controller_programs: inputs.controllers,
@@ -88,12 +88,12 @@ impl Plan {
             robot: inputs.robot,
             script: inputs.script,
             paused: args.paused,
-            bins: args.bins,
+            bins: args.job.bins,
             set: args.set.clone(),
             replace: inputs.replace,
             until_done: args.until_done,
             time_limit_s: limit,
-            real_time: args.speed == Speed::RealTime,
+            real_time: args.scene.speed == Speed::RealTime,
             page: page.as_ref().map(|page| page.spec(&dir)),
             record: record_of(args, &dir)?,
             incidents_dir: flight::incidents(&args.cell.cell, &dir),
@@ -121,7 +121,10 @@ impl Plan {
     /// The same run with the next seed.
     pub(crate) fn next_seed(&self) -> Result<Self, Failure> {
         let args = RunArgs {
-            seed: self.args.seed.wrapping_add(1),
+            scene: SceneArgs {
+                seed: self.args.scene.seed.wrapping_add(1),
+                ..self.args.scene.clone()
+            },
             paused: false,
             ..self.args.clone()
         };
@@ -144,16 +147,21 @@ impl Plan {
     ) -> Result<Self, Failure> {
         let args = RunArgs {
             demo: demo.to_owned(),
-            policy: policy.map(str::to_owned),
-            seed,
-            speed,
+            scene: SceneArgs {
+                policy: policy.map(str::to_owned),
+                seed,
+                speed,
+            },
+            job: JobArgs {
+                timeout: None,
+                script: None,
+                bins: self.args.job.bins.filter(|_| demo == self.args.demo),
+                replace: self.args.job.replace.clone(),
+            },
             paused: true,
             until_done: false,
             again: false,
-            timeout: None,
-            script: None,
             record: None,
-            bins: self.args.bins.filter(|_| demo == self.args.demo),
             set: Some(self.args.set.clone())
                 .filter(|_| demo == self.args.demo)
                 .unwrap_or_default(),
@@ -168,7 +176,7 @@ impl Plan {
 
 /// The arms in a few lines, where the run is about them.
 fn about_arms(args: &RunArgs, cell: &Cell, robot: Option<&RobotFiles>) -> Vec<String> {
-    if args.verbose || robot.is_some() || args.demo == REACH {
+    if robot.is_some() || args.demo == REACH {
         arms::lines(cell, robot)
     } else {
         Vec::new()
@@ -178,7 +186,7 @@ fn about_arms(args: &RunArgs, cell: &Cell, robot: Option<&RobotFiles>) -> Vec<St
 /// When the run ends at the latest.
 fn limit_of(args: &RunArgs, cell: &Cell) -> Option<f64> {
     let of_cell = args.until_done.then_some(cell.time_limit_s);
-    args.timeout.or(of_cell)
+    args.job.timeout.or(of_cell)
 }
 
 /// What is kept of the run: the ring, and a file where one was asked for.

@@ -28,7 +28,7 @@ fn a_cell_comes_up_answers_and_goes_down_without_a_trace() {
     let prefix = prefix(&cell.run_dir());
     assert!(!segments(&prefix).is_empty());
 
-    let frame = cell.ask(&["top", "--once"]);
+    let frame = cell.ask(&["top"]);
     assert!(
         NAMES.iter().all(|name| frame.stdout.contains(name)),
         "{frame:?}"

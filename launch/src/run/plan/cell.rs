@@ -15,8 +15,9 @@ pub(super) fn cell_of(
     data_dir: Option<&Path>,
     robot: Option<&RobotFiles>,
 ) -> Result<Cell, Failure> {
-    let mut cell = load(data_dir, &args.demo, args.seed, robot, &args.set)?;
-    args.bins
+    let mut cell = load(data_dir, &args.demo, args.scene.seed, robot, &args.set)?;
+    args.job
+        .bins
         .map_or(Ok(()), |bins| cell.limit_bins(bins))
         .map_err(Failure::configuration)?;
     Ok(cell)
