@@ -1,4 +1,4 @@
-//! The command line: a contract that scripts depend on. Only what works is here.
+//! The command line: a contract that scripts depend on. It has only options that work.
 
 use std::path::PathBuf;
 
@@ -42,7 +42,7 @@ use crate::cli_values::{cell_name, count, minutes, positive_seconds, rate, seed}
 5 the task failed or timed out, or a recording differs, 6 a process gave up."
 )]
 pub struct Cli {
-    /// What to do.
+    /// The command.
     #[command(subcommand)]
     pub command: Command,
 }
@@ -60,7 +60,7 @@ pub enum Command {
     Top(TopArgs),
     /// Stop a running cell
     Down(CellArgs),
-    /// Check this machine: what is missing, what it costs and how to fix it
+    /// Check this machine: print each lack with its effect and its fix
     Doctor(DoctorArgs),
     /// Print the logs of the processes of a cell
     Logs(LogsArgs),
@@ -213,7 +213,7 @@ pub struct NewArgs {
     pub crates: Option<PathBuf>,
 }
 
-/// What to measure.
+/// Kinds of measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum BenchKind {
     /// Round trips between two processes
@@ -237,7 +237,7 @@ pub enum BenchKind {
 /// `robocell bench`.
 #[derive(Clone, Debug, Args)]
 pub struct BenchArgs {
-    /// What to measure
+    /// Kind of measurement
     pub kind: BenchKind,
     /// Print one JSON object as the last line
     #[arg(long)]

@@ -10,12 +10,12 @@ use crate::cli_kinds::OutputName;
 /// `robocell bt`.
 #[derive(Clone, Debug, Args)]
 pub struct TreeArgs {
-    /// What to do with it.
+    /// The action.
     #[command(subcommand)]
     pub verb: TreeVerb,
 }
 
-/// What to do with a tree.
+/// Actions on a tree.
 #[derive(Clone, Debug, Subcommand)]
 pub enum TreeVerb {
     #[command(flatten)]
@@ -42,17 +42,17 @@ pub struct ImportArgs {
 /// `robocell fsm`.
 #[derive(Clone, Debug, Args)]
 pub struct BehaviourArgs {
-    /// What to do with it.
+    /// The action.
     #[command(subcommand)]
     pub verb: BehaviourVerb,
 }
 
-/// What to do with a behaviour.
+/// Actions on a behaviour.
 #[derive(Clone, Debug, Subcommand)]
 pub enum BehaviourVerb {
     /// Print it as text, mermaid or dot, or live
     Show(ShowArgs),
-    /// Check a file: errors, and what is probably not meant
+    /// Check a file: errors, and probable mistakes
     Check(CheckArgs),
 }
 
@@ -120,7 +120,7 @@ impl PictureFormat {
 /// `robocell schema`.
 #[derive(Clone, Debug, Args)]
 pub struct SchemaArgs {
-    /// What it describes
+    /// Kind of file or output
     pub what: SchemaKind,
     /// With `output`: the command [default: list all]
     #[arg(value_name = "NAME")]
@@ -139,7 +139,7 @@ pub enum SchemaKind {
     Machine,
     /// `cells/NAME.toml`
     Cell,
-    /// What a command prints with `--json`
+    /// Output of a command with `--json`
     Output,
     /// Messages between the processes: layouts, codes and topics
     Wire,

@@ -60,7 +60,7 @@ pub struct JobArgs {
     /// End at this simulated time at the latest (s)
     #[arg(long, value_name = "SIM_S", allow_negative_numbers = true, value_parser = positive_seconds)]
     pub timeout: Option<f64>,
-    /// Script: what to do at which time or phase, one JSON object per line
+    /// Script: actions by time or phase, one JSON object per line
     #[arg(long, value_name = "FILE.jsonl")]
     pub script: Option<PathBuf>,
     /// Number of bins of the job [default: all bins of the cell]
@@ -86,7 +86,7 @@ pub struct ManArgs {
 /// `robocell complete`.
 #[derive(Clone, Debug, Args)]
 pub struct CompleteArgs {
-    /// What to name
+    /// Kind of name
     pub kind: NameKind,
     /// The command line so far
     #[arg(trailing_var_arg = true, allow_hyphen_values = true)]

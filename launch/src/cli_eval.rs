@@ -14,7 +14,7 @@ use crate::cli_values::{seed_range, share};
 #[derive(Clone, Debug, Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub struct EvalArgs {
-    /// What to do with rows that are there
+    /// Action on existing rows
     #[command(subcommand)]
     pub verb: Option<EvalVerb>,
     /// Name of the demo
@@ -41,7 +41,7 @@ pub struct EvalArgs {
     pub json: bool,
 }
 
-/// What every episode has.
+/// The options of every episode.
 #[derive(Clone, Debug, Args)]
 pub struct EpisodeArgs {
     /// Policy of the task [default: that of the demo]
@@ -67,7 +67,7 @@ pub struct EpisodeArgs {
     pub data: DataArgs,
 }
 
-/// What to do with rows that are there.
+/// Actions on existing rows.
 #[derive(Clone, Debug, Subcommand)]
 pub enum EvalVerb {
     /// Print the rows of all shards in the order of their seeds

@@ -56,7 +56,7 @@ pub struct JointsArgs {
     pub movement: MoveArgs,
 }
 
-/// What to do with the gripper.
+/// Actions of the gripper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum GripperVerb {
     /// Open fully, or let go.
@@ -68,7 +68,7 @@ pub enum GripperVerb {
 /// `robocell gripper`.
 #[derive(Clone, Debug, Args)]
 pub struct GripperArgs {
-    /// What to do
+    /// Action
     pub verb: GripperVerb,
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]

@@ -34,7 +34,7 @@ pub struct LoadArgs {
 /// `robocell record`.
 #[derive(Clone, Debug, Args)]
 pub struct RecordArgs {
-    /// What to save
+    /// Action
     #[command(subcommand)]
     pub verb: RecordVerb,
     /// Print one JSON object
@@ -45,7 +45,7 @@ pub struct RecordArgs {
     pub cell: CellArgs,
 }
 
-/// What to keep.
+/// Actions of the recorder.
 #[derive(Clone, Debug, Subcommand)]
 pub enum RecordVerb {
     /// Save everything from now on
@@ -74,7 +74,7 @@ pub enum RecordVerb {
 pub struct PlotArgs {
     /// The recording (MCAP), or the directory of a flight recorder
     pub file: PathBuf,
-    /// Names of signals; `*` stands for any text. Without one, the signals are listed
+    /// Names of signals; `*` matches any text. Without one, the signals are listed
     #[arg(value_name = "SIGNAL")]
     pub signals: Vec<String>,
     /// First simulated time (s) [default: that of the recording]
@@ -94,12 +94,12 @@ pub struct PlotArgs {
 /// `robocell assets`.
 #[derive(Clone, Debug, Args)]
 pub struct AssetsArgs {
-    /// What to do
+    /// Action
     #[command(subcommand)]
     pub verb: AssetsVerb,
 }
 
-/// What to do with the meshes.
+/// Actions on the meshes.
 #[derive(Clone, Debug, Subcommand)]
 pub enum AssetsVerb {
     /// Fetch them from the Python package index, check them and make them small
@@ -107,7 +107,7 @@ pub enum AssetsVerb {
         /// Use this package instead of the index
         #[arg(long, value_name = "WHEEL")]
         from: Option<PathBuf>,
-        /// Fetch them even if they are there
+        /// Fetch them even if they are present
         #[arg(long)]
         force: bool,
     },

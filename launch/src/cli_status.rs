@@ -53,7 +53,7 @@ pub struct TopArgs {
 /// `robocell logs`.
 #[derive(Clone, Debug, Args)]
 pub struct LogsArgs {
-    /// Keep printing what is added
+    /// Keep printing new lines
     #[arg(short, long)]
     pub follow: bool,
     /// Only this process

@@ -77,7 +77,7 @@ pub(crate) fn record(args: &RecordArgs) -> Result<(), Failure> {
     };
     let socket = session.dir.record();
     let reply = ask(&socket, &request).cannot(
-        "reach the recorder; it lives in the monitor, `robocell status` says whether that runs",
+        "reach the recorder; it is part of the monitor, `robocell status` shows whether that runs",
     )?;
     if !reply.ok {
         return Err(Failure::configuration(reply.message));

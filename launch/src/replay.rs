@@ -19,7 +19,7 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<(), Failure> {
     }
     let dir = RunDir::of(&format!("replay-{}", std::process::id()));
     let lock = dir.take("replay")?;
-    dir.set_recording(&file).cannot("note what is replayed")?;
+    dir.set_recording(&file).cannot("note the replayed file")?;
     let shown = page::Page::new(&args.page)?;
     shown.save(&dir)?;
     let page = shown.spec(&dir);

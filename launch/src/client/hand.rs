@@ -100,7 +100,7 @@ fn not_reached(bus: &Bus, arm: u32) -> &'static str {
     ""
 }
 
-/// Says how the arm came to rest.
+/// Says how the arm stopped.
 fn report(end: Arrival, time_s: f64, why: &str) -> Result<(), Failure> {
     let away = |(distance_m, angle): (f64, f64)| {
         format!(
@@ -124,7 +124,7 @@ fn report(end: Arrival, time_s: f64, why: &str) -> Result<(), Failure> {
                 format!(" ({why})")
             };
             Err(Failure::configuration(format!(
-                "not reachable{why}: the arm came to rest {} away from the target at {time_s:.3} s",
+                "not reachable{why}: the arm stopped {} away from the target at {time_s:.3} s",
                 away(error)
             )))
         }

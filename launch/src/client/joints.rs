@@ -100,7 +100,7 @@ fn report(
         return Ok(());
     }
     Err(Failure::configuration(format!(
-        "not reachable: the arm came to rest {error:.4} {unit} away from the joint target at \
+        "not reachable: the arm stopped {error:.4} {unit} away from the joint target at \
          {time_s:.3} s"
     )))
 }

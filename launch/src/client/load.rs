@@ -43,6 +43,6 @@ pub(crate) fn load(args: &LoadArgs) -> Result<(), Failure> {
     }
     Err(Failure {
         code: Code::GaveUp,
-        message: "the other scene does not come up; `robocell logs` says more".to_owned(),
+        message: "the other scene does not start; `robocell logs` says more".to_owned(),
     })
 }

@@ -159,7 +159,7 @@ fn watch(view: &mut View) -> Result<(), Failure> {
     let mut terminal = ratatui::try_init().map_err(|error| {
         ratatui::restore();
         Failure::usage(format!(
-            "this is no terminal to draw in ({error}); `robocell top | cat` prints one frame as text"
+            "this is not a terminal ({error}); `robocell top | cat` prints one frame as text"
         ))
     })?;
     let result = watch_in(&mut terminal, view);

@@ -93,7 +93,7 @@ pub(crate) fn lines(page: &PageSpec, secrets: &PageSecrets) -> Vec<String> {
         ));
         lines.push(format!(
             "warning: the page listens at {} and can be reached from the network; it is not encrypted. \
-             Who has a link above can move the arms. A link to look only: {}",
+             Anyone with a link above can move the arms. A link that only shows the cell: {}",
             page.address,
             links(&secrets.viewer_token)
         ));

@@ -311,9 +311,7 @@ impl Desk<'_> {
 /// it, and the answer reports that.
 pub(crate) fn answer_to(reset: Result<(), WorldError>, task_paused: bool) -> Reply {
     match reset {
-        Ok(()) if task_paused => {
-            told("the task is still paused; `robocell task resume` lets it begin")
-        }
+        Ok(()) if task_paused => told("the task is still paused; `robocell task resume` starts it"),
         Ok(()) => accepted(),
         Err(error) => (ReplyCode::OutOfRange, error.to_string()),
     }

@@ -71,7 +71,7 @@ fn shards_merge_to_the_bytes_of_an_unsharded_run() {
     let other = eval(dir, "whole.jsonl", &["--timeout", "3"]);
     assert_eq!(other.code, 3, "{other:?}");
     assert!(
-        other.stderr.contains("begun with another input"),
+        other.stderr.contains("started with another input"),
         "{other:?}"
     );
 }

@@ -155,8 +155,7 @@ fn children_end_with_a_launcher_that_was_killed_and_the_next_start_is_clean() {
     });
     let said = std::fs::read_to_string(cell.base().join("stderr")).unwrap();
     assert_eq!(
-        said.matches("removed what a run that crashed had left")
-            .count(),
+        said.matches("removed leftovers of a crashed run").count(),
         1,
         "{said}"
     );

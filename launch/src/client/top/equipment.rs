@@ -113,12 +113,12 @@ impl Names {
             _ if state.supply_refusals == 0 => String::new(),
             Some(SupplyRefusal::NoneLeft) => ", the last as none is left".to_owned(),
             Some(SupplyRefusal::TooManyWaiting) => ", the last as enough wait".to_owned(),
-            Some(SupplyRefusal::CoolDown) => ", the last as one just came".to_owned(),
+            Some(SupplyRefusal::CoolDown) => ", the last as one had just arrived".to_owned(),
             Some(SupplyRefusal::PlaceTaken) => ", the last as its place was taken".to_owned(),
             Some(SupplyRefusal::None) | None => String::new(),
         };
         format!(
-            "belt       {runs}; bins: {} came, {} refused{why}",
+            "belt       {runs}; bins: {} arrived, {} refused{why}",
             state.bins_supplied, state.supply_refusals
         )
     }

@@ -33,8 +33,8 @@ pub(super) fn check_one_process(
     for (arm, program) in others.filter(|(_, program)| program.is_some()) {
         if program.as_deref() != task {
             return Err(Failure::configuration(format!(
-                "arm '{}' is moved by a program of its own; --one-process needs a task program \
-                 that brings the same controllers",
+                "arm '{}' is moved by its own program; --one-process needs a task program that \
+                 has the same controllers",
                 arm.name
             )));
         }

@@ -77,7 +77,7 @@ function gripper(desk: Desk, cell: () => string | null): ButtonSpec {
 /** Why arm and gripper cannot be led by hand now, or null. */
 export function handRefusal(desk: Desk): string | null {
   const { snapshot, store } = desk;
-  if (!snapshot) return "there is no state yet";
+  if (!snapshot) return "no state yet";
   const led = store.hello?.run.policy === "follow" || desk.flag(FLAG.taskPaused);
   return led ? null : "the task leads the arm: pause the task first";
 }

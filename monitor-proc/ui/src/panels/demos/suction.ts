@@ -53,7 +53,7 @@ function openClose(desk: Desk): HTMLElement {
   const to = () => (gripperIsClosed(desk) ? "open" : "close");
   const node = button(desk, {
     label: "Close gripper",
-    about: () => (to() === "open" ? "Let go" : "Switch suction on"),
+    about: () => (to() === "open" ? "Release" : "Switch suction on"),
     twin: () => `robocell gripper ${to()}`,
     why: () => desk.cellRefusal() ?? handRefusal(desk),
     run: () => desk.send({ do: "gripper", arm: 0, to: to() }),

@@ -9,7 +9,7 @@ export function copyPose(desk: Desk, read: () => Pose | undefined): HTMLElement 
     class: "small",
     about: () => "Copy position and orientation, as a cell file has them",
     twin: () => null,
-    why: () => (read() === undefined ? "there is no pose" : null),
+    why: () => (read() === undefined ? "no pose" : null),
     run: () => void copy(desk, read()),
   });
 }

@@ -15,7 +15,7 @@ export function reached({ status }: Store): string | null {
 
 /** Why no breakpoint can be set or removed now, or null. */
 export function breakRefusal(desk: Desk): string | null {
-  if (breaksOf(desk.store) === null) return "there is no cell to pause";
+  if (breaksOf(desk.store) === null) return "no cell to pause";
   return desk.cellRefusal();
 }
 
