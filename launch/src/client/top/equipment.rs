@@ -149,8 +149,8 @@ mod tests {
         (state.conveyor_speed, state.bins_supplied) = (0.3, 2);
         (state.parts_dropped, state.parts_waiting) = (12, 3);
         for (demo, words) in [
-            ("ur10-palletize", "runs at 0.30 m/s; bins: 2 came"),
-            ("ur10-bin-stack", "runs at 0.30 m/s; bins: 2 came"),
+            ("ur10-palletize", "runs at 0.30 m/s; bins: 2 arrived"),
+            ("ur10-bin-stack", "runs at 0.30 m/s; bins: 2 arrived"),
             ("ur10-fill-bin", "12 parts dropped, 3 still to fall"),
         ] {
             let names = names(demo);
