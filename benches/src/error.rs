@@ -65,7 +65,7 @@ pub(crate) enum FleetError {
     },
     /// A cell whose processes do not come up.
     #[error(
-        "cell `{0}` did not come up within 60 s; `robocell run franka-stack --headless` says why"
+        "cell `{0}` did not start within 60 s; `robocell run franka-stack --headless` says why"
     )]
     NotUp(String),
     /// Path of this program.

@@ -45,7 +45,7 @@ pub fn request(
     match command {
         Command::Target { arm } => {
             let message: PoseStamped =
-                decode(payload).ok_or("the message is no geometry_msgs/msg/PoseStamped in CDR")?;
+                decode(payload).ok_or("the message is not a geometry_msgs/msg/PoseStamped in CDR")?;
             // The age first: an old target is refused as old, even if it has other defects.
             check_age(&message, attachment, now)?;
             must_lead(now)?;

@@ -226,7 +226,7 @@ struct Choice<K> {
 
 /// Unknown controller key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("no controller stands under the selected key")]
+#[error("unknown controller key")]
 pub struct UnknownKey;
 
 impl<K: PartialEq> SelectableController<K> {

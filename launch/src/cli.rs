@@ -1,4 +1,4 @@
-//! The command line: a contract that scripts depend on. Only what works is here.
+//! The command line: a contract that scripts depend on. It has only options that work.
 
 use std::path::PathBuf;
 
@@ -10,16 +10,18 @@ pub use crate::cli_behaviour::{
     BehaviourArgs, BehaviourVerb, CheckArgs, ImportArgs, PictureFormat, SchemaArgs, SchemaKind,
     ShowArgs, TreeArgs, TreeVerb,
 };
-pub use crate::cli_common::{CellArgs, CompleteArgs, DataArgs, ManArgs, ProcessName};
+pub use crate::cli_common::{
+    CellArgs, CompleteArgs, DataArgs, JobArgs, ManArgs, ProcessName, ProgramArgs, SceneArgs,
+};
 pub use crate::cli_eval::{BisectArgs, EpisodeArgs, EvalArgs, EvalVerb, MergeArgs, ReportRowsArgs};
-pub use crate::cli_hand::{GripperArgs, GripperVerb, JointsArgs, TargetArgs};
+pub use crate::cli_hand::{ArmArgs, GripperArgs, GripperVerb, JointsArgs, MoveArgs, TargetArgs};
 use crate::cli_kinds::FaultKind;
 pub use crate::cli_operate::{
     AddBinArgs, BreakArgs, DragArgs, DropPartsArgs, RestartArgs, SpeedArgs, StepArgs, TaskArgs,
     TaskVerb,
 };
 pub use crate::cli_page::{
-    AssetsArgs, AssetsVerb, LoadArgs, PlotArgs, RecordArgs, RecordVerb, ReplayArgs,
+    AssetsArgs, AssetsVerb, LoadArgs, PageArgs, PlotArgs, RecordArgs, RecordVerb, ReplayArgs,
 };
 pub use crate::cli_robot::{RobotArgs, SpheresArgs};
 pub use crate::cli_run::RunArgs;
@@ -40,7 +42,7 @@ use crate::cli_values::{cell_name, count, minutes, positive_seconds, rate, seed}
 5 the task failed or timed out, or a recording differs, 6 a process gave up."
 )]
 pub struct Cli {
-    /// What to do.
+    /// The command.
     #[command(subcommand)]
     pub command: Command,
 }
@@ -58,7 +60,7 @@ pub enum Command {
     Top(TopArgs),
     /// Stop a running cell
     Down(CellArgs),
-    /// Check this machine: what is missing, what it costs and how to fix it
+    /// Check this machine: print each lack with its effect and its fix
     Doctor(DoctorArgs),
     /// Print the logs of the processes of a cell
     Logs(LogsArgs),
@@ -211,7 +213,7 @@ pub struct NewArgs {
     pub crates: Option<PathBuf>,
 }
 
-/// What to measure.
+/// Kinds of measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum BenchKind {
     /// Round trips between two processes
@@ -235,7 +237,7 @@ pub enum BenchKind {
 /// `robocell bench`.
 #[derive(Clone, Debug, Args)]
 pub struct BenchArgs {
-    /// What to measure
+    /// Kind of measurement
     pub kind: BenchKind,
     /// Print one JSON object as the last line
     #[arg(long)]

@@ -4,18 +4,18 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
 
-use crate::cli_common::{CellArgs, DataArgs};
+use crate::cli_common::{CellArgs, DataArgs, ProgramArgs};
 use crate::cli_kinds::OutputName;
 
 /// `robocell bt`.
 #[derive(Clone, Debug, Args)]
 pub struct TreeArgs {
-    /// What to do with it.
+    /// The action.
     #[command(subcommand)]
     pub verb: TreeVerb,
 }
 
-/// What to do with a tree.
+/// Actions on a tree.
 #[derive(Clone, Debug, Subcommand)]
 pub enum TreeVerb {
     #[command(flatten)]
@@ -42,17 +42,17 @@ pub struct ImportArgs {
 /// `robocell fsm`.
 #[derive(Clone, Debug, Args)]
 pub struct BehaviourArgs {
-    /// What to do with it.
+    /// The action.
     #[command(subcommand)]
     pub verb: BehaviourVerb,
 }
 
-/// What to do with a behaviour.
+/// Actions on a behaviour.
 #[derive(Clone, Debug, Subcommand)]
 pub enum BehaviourVerb {
     /// Print it as text, mermaid or dot, or live
     Show(ShowArgs),
-    /// Check a file: errors, and what is probably not meant
+    /// Check a file: errors, and probable mistakes
     Check(CheckArgs),
 }
 
@@ -93,9 +93,9 @@ pub struct CheckArgs {
     /// Print one JSON object
     #[arg(long)]
     pub json: bool,
-    /// Task program that knows what the file names
-    #[arg(long, value_name = "PROGRAM")]
-    pub task: Option<String>,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub program: ProgramArgs,
 }
 
 /// How a behaviour is drawn.
@@ -120,17 +120,14 @@ impl PictureFormat {
 /// `robocell schema`.
 #[derive(Clone, Debug, Args)]
 pub struct SchemaArgs {
-    /// What it describes
+    /// Kind of file or output
     pub what: SchemaKind,
     /// With `output`: the command [default: list all]
     #[arg(value_name = "NAME")]
     pub name: Option<OutputName>,
-    /// Task program whose jobs are described
-    #[arg(long, value_name = "PROGRAM")]
-    pub task: Option<String>,
-    /// Print JSON, as it does in any case
-    #[arg(long)]
-    pub json: bool,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub program: ProgramArgs,
 }
 
 /// Something with a schema.
@@ -142,7 +139,7 @@ pub enum SchemaKind {
     Machine,
     /// `cells/NAME.toml`
     Cell,
-    /// What a command prints with `--json`
+    /// Output of a command with `--json`
     Output,
     /// Messages between the processes: layouts, codes and topics
     Wire,

@@ -6,15 +6,15 @@ use cell_model::cells::sweep::{Bounds, Values};
 use clap::{Args, Subcommand};
 use evaluation::shard::Shard;
 
-use crate::cli_common::DataArgs;
+use crate::cli_common::{DataArgs, JobArgs};
 use crate::cli_robot::RobotArgs;
-use crate::cli_values::{count, positive_seconds, seed_range, share};
+use crate::cli_values::{seed_range, share};
 
 /// `robocell eval`.
 #[derive(Clone, Debug, Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub struct EvalArgs {
-    /// What to do with rows that are there
+    /// Action on existing rows
     #[command(subcommand)]
     pub verb: Option<EvalVerb>,
     /// Name of the demo
@@ -41,7 +41,7 @@ pub struct EvalArgs {
     pub json: bool,
 }
 
-/// What every episode has.
+/// The options of every episode.
 #[derive(Clone, Debug, Args)]
 pub struct EpisodeArgs {
     /// Policy of the task [default: that of the demo]
@@ -50,15 +50,9 @@ pub struct EpisodeArgs {
     /// Runs at the same time
     #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=256))]
     pub jobs: u32,
-    /// End each run at this simulated time at the latest (s)
-    #[arg(long, value_name = "SIM_S", allow_negative_numbers = true, value_parser = positive_seconds)]
-    pub timeout: Option<f64>,
-    /// Script of every run: what to do at which time or phase, one JSON object per line
-    #[arg(long, value_name = "FILE.jsonl")]
-    pub script: Option<PathBuf>,
-    /// Number of bins of the job [default: all bins of the cell]
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count)]
-    pub bins: Option<u32>,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub job: JobArgs,
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
     pub robot: RobotArgs,
@@ -68,19 +62,15 @@ pub struct EpisodeArgs {
     /// Number in place of that of the cell file, drawn between both bounds for every seed
     #[arg(long, value_name = "KEY=LOW..HIGH", value_parser = str::parse::<Bounds>)]
     pub vary: Vec<Bounds>,
-    /// Answer of a leaf that is not run, as NODE=success, NODE=failure or NODE=running, each
-    /// with :SECONDS for a time; or a file with one rule a line; may be repeated
-    #[arg(long, value_name = "NODE=RESULT|FILE.jsonl")]
-    pub replace: Vec<String>,
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
     pub data: DataArgs,
 }
 
-/// What to do with rows that are there.
+/// Actions on existing rows.
 #[derive(Clone, Debug, Subcommand)]
 pub enum EvalVerb {
-    /// Merge the rows of all shards into one file, in the order of their seeds
+    /// Print the rows of all shards in the order of their seeds
     Merge(MergeArgs),
     /// Find the least value of a number with which the task is done too rarely
     Bisect(Box<BisectArgs>),
@@ -136,7 +126,4 @@ pub struct MergeArgs {
     /// Files of rows, one of each shard
     #[arg(required = true, value_name = "FILE.jsonl")]
     pub files: Vec<PathBuf>,
-    /// File of the merged rows [default: standard output]
-    #[arg(long, value_name = "FILE.jsonl")]
-    pub out: Option<PathBuf>,
 }

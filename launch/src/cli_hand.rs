@@ -5,26 +5,42 @@ use clap::{Args, ValueEnum};
 use crate::cli_common::CellArgs;
 use crate::cli_values::{count, finite};
 
-/// `robocell target`.
+/// The arm that is led.
 #[derive(Clone, Debug, Args)]
-pub struct TargetArgs {
-    /// Position in metres, then roll, pitch, yaw in radians (world frame);
-    /// without an orientation the tool keeps the one it has
-    #[arg(value_names = ["X", "Y", "Z", "R", "P", "YAW"], num_args = 3..=6, required = true,
-          allow_negative_numbers = true, value_parser = finite)]
-    pub values: Vec<f64>,
-    /// Roll, pitch and yaw are in degrees
-    #[arg(long)]
-    pub deg: bool,
-    /// Return at once; without it, when the arm is at rest
-    #[arg(long)]
-    pub no_wait: bool,
+pub struct ArmArgs {
     /// Arm by its place in the cell file
     #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 0, value_parser = count)]
     pub arm: u32,
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
     pub cell: CellArgs,
+}
+
+/// How an arm is moved.
+#[derive(Clone, Debug, Args)]
+pub struct MoveArgs {
+    /// Angles are in degrees
+    #[arg(long)]
+    pub deg: bool,
+    /// Return at once; without it, when the arm is at rest
+    #[arg(long)]
+    pub no_wait: bool,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub of: ArmArgs,
+}
+
+/// `robocell target`.
+#[derive(Clone, Debug, Args)]
+pub struct TargetArgs {
+    /// Position in metres, then roll, pitch, yaw in radians (world frame);
+    /// without an orientation the tool keeps its own
+    #[arg(value_names = ["X", "Y", "Z", "R", "P", "YAW"], num_args = 3..=6, required = true,
+          allow_negative_numbers = true, value_parser = finite)]
+    pub values: Vec<f64>,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub movement: MoveArgs,
 }
 
 /// `robocell joints`.
@@ -35,21 +51,12 @@ pub struct JointsArgs {
     #[arg(value_name = "POSITION", required = true, num_args = 1..=16,
           allow_negative_numbers = true, value_parser = finite)]
     pub values: Vec<f64>,
-    /// Positions of revolute joints are in degrees
-    #[arg(long)]
-    pub deg: bool,
-    /// Return at once; without it, when the arm is at rest
-    #[arg(long)]
-    pub no_wait: bool,
-    /// Arm by its place in the cell file
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 0, value_parser = count)]
-    pub arm: u32,
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
-    pub cell: CellArgs,
+    pub movement: MoveArgs,
 }
 
-/// What to do with the gripper.
+/// Actions of the gripper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum GripperVerb {
     /// Open fully, or let go.
@@ -61,12 +68,9 @@ pub enum GripperVerb {
 /// `robocell gripper`.
 #[derive(Clone, Debug, Args)]
 pub struct GripperArgs {
-    /// What to do
+    /// Action
     pub verb: GripperVerb,
-    /// Arm by its place in the cell file
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 0, value_parser = count)]
-    pub arm: u32,
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
-    pub cell: CellArgs,
+    pub of: ArmArgs,
 }

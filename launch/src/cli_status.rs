@@ -3,14 +3,10 @@
 use clap::Args;
 
 use crate::cli_common::{CellArgs, DataArgs};
-use crate::cli_values::cell_name;
 
 /// `robocell list`.
 #[derive(Clone, Debug, Args)]
 pub struct ListArgs {
-    /// Only the cell of this name
-    #[arg(long, value_name = "NAME", value_parser = cell_name)]
-    pub cell: Option<String>,
     /// Print one JSON object
     #[arg(long)]
     pub json: bool,
@@ -44,12 +40,10 @@ pub struct DoctorArgs {
 
 /// `robocell top`.
 #[derive(Clone, Debug, Args)]
+#[command(after_help = "In a pipe, one frame is printed as text: `robocell top | cat`.")]
 pub struct TopArgs {
-    /// Print one frame as text and exit
-    #[arg(long)]
-    pub once: bool,
     /// Print one snapshot as a JSON object and exit
-    #[arg(long, conflicts_with = "once")]
+    #[arg(long)]
     pub json: bool,
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
@@ -59,7 +53,7 @@ pub struct TopArgs {
 /// `robocell logs`.
 #[derive(Clone, Debug, Args)]
 pub struct LogsArgs {
-    /// Keep printing what is added
+    /// Keep printing new lines
     #[arg(short, long)]
     pub follow: bool,
     /// Only this process

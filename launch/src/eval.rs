@@ -18,7 +18,7 @@ use crate::{say, task_program};
 /// Does what the arguments say.
 pub(crate) fn run(args: &EvalArgs) -> Result<(), Failure> {
     match &args.verb {
-        Some(EvalVerb::Merge(merge)) => merged::write(merge),
+        Some(EvalVerb::Merge(merge)) => merged::print(&merge.files),
         Some(EvalVerb::Report(report)) => report_files(report),
         Some(EvalVerb::Bisect(args)) => bisect(args),
         None => run_seeds(args),
@@ -37,7 +37,7 @@ fn run_seeds(args: &EvalArgs) -> Result<(), Failure> {
         let program = order.program.as_deref();
         let file = program.filter(|program| python::is_file(program)).map(path);
         order.add("--input", file);
-        order.add("--named-task", args.episodes.data.task.clone());
+        order.add("--named-task", args.episodes.data.program.task.clone());
         if let Some(dir) = &args.record_failures {
             let own = std::env::current_exe().cannot("find this program")?;
             order.add("--record-failures", Some(path(dir)));
@@ -83,7 +83,7 @@ impl Order {
         let data = data.as_deref();
         let robot = plan::cell::robot_files(&args.robot)?;
         let cell = plan::cell::load(data, demo, seeds.0, robot.as_ref(), &[])?;
-        let program = task_program::of_cell(args.data.task.as_deref(), &cell, data)?;
+        let program = task_program::of_cell(args.data.program.task.as_deref(), &cell, data)?;
         let policy = plan::policy::policy_name(args.policy.as_deref(), &cell, program.as_deref())?;
         let mut order = Self {
             program,
@@ -92,11 +92,11 @@ impl Order {
         order.add("--seeds", Some(format!("{}..{}", seeds.0, seeds.1)));
         order.add("--policy", Some(policy));
         order.add("--jobs", Some(args.jobs.to_string()));
-        order.add("--timeout", args.timeout.map(|limit| limit.to_string()));
-        order.add("--bins", args.bins.map(|bins| bins.to_string()));
-        order.add("--script", args.script.as_deref().map(path));
+        order.add("--timeout", args.job.timeout.map(|limit| limit.to_string()));
+        order.add("--bins", args.job.bins.map(|bins| bins.to_string()));
+        order.add("--script", args.job.script.as_deref().map(path));
         order.add("--set", args.set.iter().map(Values::to_string));
-        order.add("--replace", args.replace.iter().map(absolute_rule));
+        order.add("--replace", args.job.replace.iter().map(absolute_rule));
         order.add("--vary", args.vary.iter().map(Bounds::to_string));
         if let Some(robot) = &robot {
             let robot = serde_json::to_string(robot).cannot("name the robot")?;

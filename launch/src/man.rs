@@ -37,7 +37,7 @@ fn visible(command: &Command) -> impl Iterator<Item = &Command> {
 fn unknown(command: &Command, word: &str) -> Failure {
     let names: Vec<String> = visible(command).map(|c| c.get_name().to_owned()).collect();
     let near = did_you_mean(word, &names);
-    Failure::usage(format!("there is no page about `{word}`{near}"))
+    Failure::usage(format!("no manual page of `{word}`{near}"))
 }
 
 fn page(command: &Command) -> Result<Vec<u8>, Failure> {

@@ -63,7 +63,6 @@ struct Reply {
 /// Does what the command line says.
 pub(crate) fn record(args: &RecordArgs) -> Result<(), Failure> {
     let session = Session::of(&args.cell.cell)?;
-    let mut replaced = None;
     let file = |file: &Option<PathBuf>| match file {
         Some(file) => new_file(file),
         None => new_file(&made_up(&session.spec.demo)),
@@ -71,62 +70,24 @@ pub(crate) fn record(args: &RecordArgs) -> Result<(), Failure> {
     let request = match &args.verb {
         RecordVerb::Start { file: to } => Request::Start { file: file(to)? },
         RecordVerb::Stop => Request::Stop,
-        RecordVerb::Last {
-            span,
-            file: to,
-            force,
-        } => {
-            replaced = to.as_deref().filter(|_| *force).and_then(Replaced::of);
-            let draft = replaced.as_ref().map(|replaced| replaced.draft.clone());
-            Request::Last {
-                seconds: *span,
-                file: file(&draft.or_else(|| to.clone()))?,
-            }
-        }
+        RecordVerb::Last { span, file: to } => Request::Last {
+            seconds: *span,
+            file: file(to)?,
+        },
     };
     let socket = session.dir.record();
     let reply = ask(&socket, &request).cannot(
-        "reach the recorder; it lives in the monitor, `robocell status` says whether that runs",
+        "reach the recorder; it is part of the monitor, `robocell status` shows whether that runs",
     )?;
     if !reply.ok {
         return Err(Failure::configuration(reply.message));
     }
-    let mut recorded = Recorded::new(request, reply.message);
-    if let Some(replaced) = replaced {
-        replaced.put_in_place(&mut recorded)?;
-    }
+    let recorded = Recorded::new(request, reply.message);
     if args.json {
         return output::print(&recorded);
     }
     say::line(recorded.message);
     Ok(())
-}
-
-/// A file that is overwritten, once its successor is complete.
-struct Replaced {
-    file: PathBuf,
-    draft: PathBuf,
-}
-
-impl Replaced {
-    /// Of a file that is there; everything else is refused or made as without `--force`.
-    fn of(file: &Path) -> Option<Self> {
-        let is_file = std::fs::symlink_metadata(file).is_ok_and(|meta| meta.is_file());
-        let file = std::fs::canonicalize(file).ok().filter(|_| is_file)?;
-        let name = format!(".robocell-{}.mcap", std::process::id());
-        let draft = file.with_file_name(name);
-        Some(Self { file, draft })
-    }
-
-    fn put_in_place(self, recorded: &mut Recorded) -> Result<(), Failure> {
-        let Self { file, draft } = self;
-        let what = format!("overwrite {}", file.display());
-        std::fs::rename(&draft, &file).cannot(what)?;
-        let [from, to] = [&draft, &file].map(|path| path.display().to_string());
-        recorded.message = recorded.message.replace(&from, &to);
-        recorded.file = Some(file);
-        Ok(())
-    }
 }
 
 /// `franka-stack.mcap`, or the first of `franka-stack-2.mcap`, ... that is free,

@@ -20,8 +20,8 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<(), Failure> {
     }
     let dir = RunDir::of(&format!("replay-{}", std::process::id()));
     let lock = dir.take("replay")?;
-    dir.set_recording(&file).cannot("note what is replayed")?;
-    let shown = page::Page::new(args.listen.as_deref(), args.host.as_deref())?;
+    dir.set_recording(&file).cannot("note the replayed file")?;
+    let shown = page::Page::new(&args.page)?;
     dir.save_page(shown.secrets())?;
     let page = shown.spec(&dir);
     // Nothing else says the link of a recording, so it can be used again.
@@ -84,7 +84,7 @@ fn verify(args: &ReplayArgs, file: &Path) -> Result<(), Failure> {
         arguments.extend(["--data".to_owned(), dir.display().to_string()]);
     }
     arguments.extend(args.json.then(|| "--json".to_owned()));
-    let program = args.data.task.as_deref();
+    let program = args.data.program.task.as_deref();
     let program = program
         .map(|name| task_program::find(name, None))
         .transpose()?;

@@ -313,7 +313,7 @@ fn action_of(request: &OperatorRequest) -> Option<OperatorAction> {
 }
 
 fn wrong_speed(factor: f64) -> Reply {
-    let allowed = "0 (as fast as it goes), 1 (real time), or 0.01 to 50";
+    let allowed = "0 (as fast as possible), 1 (real time), or 0.01 to 50";
     (
         ReplyCode::OutOfRange,
         format!("speed is {factor}; allowed are {allowed}"),

@@ -17,7 +17,7 @@ from robocell.task.trees import Condition, SkillLeaf, TreePolicy
 
 @policy("ifelse")
 def if_else(cell: TaskCell, memory: SimpleNamespace) -> None:
-    """What is done follows from what is seen."""
+    """The next action follows from the observation."""
     phase = "PLACE" if is_held(cell) else "HOME" if is_placed(cell) else "PICK"
     if phase != getattr(memory, "phase", None):
         memory.phase, memory.skill = phase, skill_of(phase)
@@ -30,7 +30,7 @@ def if_else(cell: TaskCell, memory: SimpleNamespace) -> None:
 @policy("script")
 class Script:
     """Straight on, as a generator. It cannot be pickled: a task that is started again
-    begins the script, which looks at the cell before each step."""
+    starts the script, which looks at the cell before each step."""
 
     def __init__(self, cell: TaskCell) -> None:
         self.steps = self.script(cell)

@@ -1,4 +1,4 @@
-"""What the six ways of cube_six_ways.py have in common, and the two that are tables."""
+"""The common parts of the six ways of cube_six_ways.py, and the two that are tables."""
 
 from robocell.task import RUNNING, SUCCESS, Status, TaskCell, skills
 

@@ -1,5 +1,5 @@
-"""Stacks the cubes of franka-stack in plain if/else, without skills: what is done next
-follows from what is seen now, so the policy needs no memory.
+"""Stacks the cubes of franka-stack in plain if/else, without skills: the next action
+follows from the present observation, so the policy needs no memory.
 
     robocell run franka-stack --task stack_ifelse.py
 """

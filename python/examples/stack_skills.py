@@ -32,7 +32,7 @@ class Stack:
         cell.report(done, placed)
 
     def choose(self, cell: TaskCell, placed: list[str], failed: bool) -> None:
-        """The next skill: place what is held, pick what is missing, or go home."""
+        """The next skill: place the held cube, pick the next one, or move home."""
         held = cell.arm.held
         missing = [name for name in self.order if name not in placed]
         if held is not None and not (failed and self.phase == "PLACE"):

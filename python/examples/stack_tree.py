@@ -28,7 +28,7 @@ class StackTree(TreePolicy):
         return Sequence("stack", memory=False, children=[*cubes, self.home(cell.arm)])
 
     def home(self, arm: Arm) -> Behaviour:
-        """The arm is at home, or goes there."""
+        """The arm is at home, or moves there."""
         is_home = Condition("is home", lambda: arm.is_home)
         go_home = SkillLeaf("go home", arm, skills.home())
         return Selector("at home", memory=False, children=[is_home, go_home])

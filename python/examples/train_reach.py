@@ -1,5 +1,5 @@
 """Learns `reach` with the cross-entropy method: the gain with which the goal of the TCP
-follows what is missing. Some minutes on two cores; prints and plots the curve.
+follows the remaining error. Some minutes on two cores; prints and plots the curve.
 
 python train_reach.py [--generations 14] [--plot reach.svg]
 """
@@ -19,7 +19,7 @@ TCP, GOAL = slice(14, 17), slice(-3, None)
 
 
 def act(parameters: np.ndarray, observations: np.ndarray) -> np.ndarray:
-    """A linear policy of what is missing: 3 x 3 gains, and a bias, for the translation."""
+    """A linear policy of the remaining error: 3 x 3 gains, and a bias, for the translation."""
     missing = observations[:, GOAL] - observations[:, TCP]
     gains = parameters[:, :9].reshape(-1, 3, 3)
     actions = np.zeros((len(observations), 7), dtype=np.float32)

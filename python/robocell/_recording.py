@@ -59,13 +59,13 @@ class Event:
     """A line of the log of the task."""
 
     time_s: float
-    #: ``drop``, ``recover``, ... for what programs are told, too.
+    #: ``drop``, ``recover``, ... for the counts of programs, too.
     kind: str | None
     text: str
 
 
 class Recording:
-    """What :func:`read` gives."""
+    """The result of :func:`read`."""
 
     def __init__(self, about: dict[str, Any], arrays: dict[str, Any]) -> None:
         self.demo: str = about["demo"]
@@ -73,7 +73,7 @@ class Recording:
         self.seed: int = about["seed"]
         #: Why the recording ends early; ``None`` where its file was closed.
         self.cut: str | None = about["cut"]
-        #: What of it cannot be read.
+        #: Parts that cannot be read.
         self.problems: list[str] = about["problems"]
         #: Times of the rows of arms and objects (s).
         self.time_s: Array = arrays["ticks"] / 1000.0
@@ -159,7 +159,7 @@ def read(path: str | os.PathLike[str], every: int = 10) -> Recording:
     about 4 kB of memory. Tables need pandas.
 
     Raises:
-        ValueError: for what is no recording, or one of another version.
+        ValueError: for a file that is not a recording, or one of another version.
     """
     about, arrays = _core.read_recording(os.fspath(path), every)
     return Recording(json.loads(about), arrays)

@@ -19,16 +19,15 @@ class Cell(View):
     """A cell in this process, stepped by the caller: physics, the 1 kHz controllers and
     the task, with the result of ``robocell run --one-process``.
 
-    Without a policy the arms are told what to do by the caller: ``cell.arm.send(...)``,
-    ``send_joints``, ``grip``, ``hold``, ``cell.arm.begin(skill)``. What they are told is
-    passed on with the next decision, one in 10 ticks, and counts until something else
-    is told.
+    Without a policy the caller commands the arms: ``cell.arm.send(...)``,
+    ``send_joints``, ``grip``, ``hold``, ``cell.arm.begin(skill)``. A command is passed on
+    with the next decision, one in 10 ticks, and holds until the next command.
 
     Args:
         name: a demo (``robocell list``), or a cell of the folder ``data``.
         seed: of the scene.
-        policy: the name of a built-in policy, ``"default"``, or a policy in Python: what
-            :func:`robocell.task.policy` takes.
+        policy: the name of a built-in policy, ``"default"``, or a policy in Python: the
+            argument of :func:`robocell.task.policy`.
         data: folder with ``cells/NAME.toml``.
         bins: how many of the bins of the cell are used.
         script: disturbances, in the form of ``robocell run --script``: JSON, a line each.
@@ -41,7 +40,7 @@ class Cell(View):
     Raises:
         ValueError: for a cell, a policy or a script that does not exist or has mistakes.
 
-    What ``robocell run`` warns of, as a corrected fault of a URDF, is a ``UserWarning``.
+    Warnings of ``robocell run``, as a corrected fault of a URDF, are a ``UserWarning``.
     """
 
     def __init__(
@@ -96,7 +95,7 @@ class Cell(View):
         not advance. Other threads run meanwhile.
 
         Raises:
-            Exception: what a policy in Python raised.
+            Exception: that of a policy in Python.
         """
         return self._sim.step(n)
 
@@ -109,7 +108,7 @@ class Cell(View):
         return self.summary()
 
     def do(self, skill: _core.Skill, arm: int = 0, timeout_s: float = 60.0) -> _core.Status:
-        """Lets a skill lead an arm and advances until it has ended; how it ended.
+        """Moves an arm by a skill and advances until the skill has ended; its result.
 
         Raises:
             TimeoutError: when it has not ended after ``timeout_s`` of simulated time.
@@ -147,7 +146,7 @@ class Cell(View):
         return bytes(self.decision["phase"]).split(b"\0")[0].decode()
 
     def summary(self) -> dict[str, Any]:
-        """What ``robocell run --json`` prints at the end, for the run so far: outcome,
+        """The summary of ``robocell run --json``, for the run so far: outcome,
         placed objects, drops, state hash."""
         summary: dict[str, Any] = json.loads(self._sim.summary())
         return summary
@@ -161,8 +160,8 @@ class Cell(View):
         return self._sim.snapshot()
 
     def restore(self, snapshot: bytes) -> None:
-        """Goes back to a snapshot of the same cell, seed and policy. What follows is the
-        same, bit for bit, when it is told the same.
+        """Returns to a snapshot of the same cell, seed and policy. The same commands then
+        give the same states, bit for bit.
 
         Raises:
             ValueError: for damaged bytes, and those of another cell or version.

@@ -1,4 +1,4 @@
-"""What tasks and programs see of a cell."""
+"""The view that tasks and programs have of a cell."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy.typing as npt
 from robocell import _core, wire
 
 Vector = npt.NDArray[np.float64]
-#: What is taken for a vector.
+#: Values that are accepted as a vector.
 Numbers: TypeAlias = Sequence[float] | npt.NDArray[Any]
 #: A joint nearer to its position at the start of the run is there (rad or m).
 HOME_TOLERANCE = 0.05
@@ -48,7 +48,7 @@ class Object:
 
     @property
     def is_present(self) -> bool:
-        """Whether it is in the cell now: a bin that is still to come is not."""
+        """Whether it is in the cell now: a bin that has not arrived is not."""
         return bool(int(self.state["flags"]) & 1)
 
     def __repr__(self) -> str:
@@ -195,7 +195,7 @@ class Arm:
         self._core.hold()
 
     def begin(self, skill: _core.Skill) -> None:
-        """Lets a skill lead the arm, for a :class:`robocell.Cell` without a policy."""
+        """Moves the arm by a skill, for a :class:`robocell.Cell` without a policy."""
         self._core.begin(skill)
 
     @property
@@ -222,7 +222,7 @@ class Objects(Mapping[str, Object]):
             return self._by_name[name]
         except KeyError:
             known = ", ".join(self._by_name)
-            raise KeyError(f"there is no object '{name}'; known are: {known}") from None
+            raise KeyError(f"unknown object '{name}'; known are: {known}") from None
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._by_name)
@@ -271,7 +271,7 @@ class View:
         """Whether a sensor detects something."""
         if name not in self._sensors:
             known = ", ".join(self._sensors)
-            raise KeyError(f"there is no sensor '{name}'; known are: {known}")
+            raise KeyError(f"unknown sensor '{name}'; known are: {known}")
         return bool(self.state["equipment"]["sensors"][self._sensors.index(name)])
 
     def add_place(

@@ -1,6 +1,6 @@
 """Messages between the processes of a cell, as numpy types.
 
-All layouts come from Rust; none is written down here.
+All layouts are generated from Rust.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _NUMBERS = {"u8": "<u1", "u32": "<u4", "u64": "<u8", "i64": "<i8", "f64": "<f8"}
 
 @functools.cache
 def schema() -> dict[str, Any]:
-    """What ``robocell schema wire`` prints: structs, codes, constants and topics."""
+    """The output of ``robocell schema wire``: structs, codes, constants and topics."""
     loaded: dict[str, Any] = json.loads(_core.wire_schema())
     return loaded
 
@@ -33,7 +33,7 @@ def dtype(name: str) -> np.dtype[Any]:
     structs = schema()["structs"]
     if name not in structs:
         known = ", ".join(structs)
-        raise KeyError(f"there is no struct '{name}' on the wire; known are: {known}")
+        raise KeyError(f"unknown struct '{name}'; known are: {known}")
     layout = structs[name]
     names, formats, offsets = [], [], []
     for field in layout["fields"]:

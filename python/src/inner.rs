@@ -219,7 +219,7 @@ fn found<'a>(
 ) -> PyResult<usize> {
     index.ok_or_else(|| {
         let advice = suggest::advice(name, &names());
-        PyValueError::new_err(format!("there is no {what} '{name}'; {advice}"))
+        PyValueError::new_err(format!("unknown {what} '{name}'; {advice}"))
     })
 }
 

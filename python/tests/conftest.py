@@ -31,7 +31,7 @@ def program() -> Path:
     for place in places:
         if place is not None and place.is_file():
             return place
-    pytest.skip("there is no program robocell: set ROBOCELL, or build the wheel")
+    pytest.skip("program robocell is missing: set ROBOCELL, or build the wheel")
 
 
 class Run:

@@ -177,12 +177,12 @@ def test_raises_what_its_policy_raised():
             cell.objects["nothing"]
 
     cell = robocell.Cell("franka-stack", policy=decide)
-    with pytest.raises(KeyError, match="there is no object 'nothing'; known are: red_cube"):
+    with pytest.raises(KeyError, match="unknown object 'nothing'; known are: red_cube"):
         cell.step(1000)
     assert cell.time_s < 0.3
     message = cell.summary()["message"]
     assert "test_cell.py" in message
-    assert "there is no object 'nothing'" in message
+    assert "unknown object 'nothing'" in message
     assert f"[fault] {message}"[:100] in cell.log()[-1][1]
 
 
@@ -190,7 +190,7 @@ def test_raises_what_its_policy_raised():
     ("arguments", "message"),
     [
         ({"name": "franka-stak"}, "unknown demo 'franka-stak'"),
-        ({"name": "franka-stack", "policy": "x"}, "there is no policy 'x'"),
+        ({"name": "franka-stack", "policy": "x"}, "unknown policy 'x'"),
         ({"name": "franka-stack", "script": '{"at_s": 1}'}, "script"),
         ({"name": "mine", "data": "/nowhere"}, "unknown demo 'mine'"),
     ],

@@ -139,7 +139,7 @@ def test_a_leaf_is_replaced(run, fetch):
     assert without["sim_time_s"] < plain["sim_time_s"]
     wrong = run("cube", fetch, *LOCKSTEP, "--replace", "Hom=success")
     assert wrong.code == 3
-    assert "there is no leaf 'Hom'; did you mean 'Home'?" in wrong.text
+    assert "unknown leaf 'Hom'; did you mean 'Home'?" in wrong.text
 
 
 #: A leaf with a port of each type that Python writes, and one for any type.

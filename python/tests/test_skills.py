@@ -133,7 +133,7 @@ def test_a_cell_without_a_policy_refuses_a_skill_with_an_unknown_name(skill):
     cell.add_place("spot", (0.5, -0.1, 0.0))
     with pytest.raises(ValueError, match=r"did you mean 'red_cube'\?"):
         cell.do(skill, timeout_s=0.02)
-    with pytest.raises(ValueError, match=r"there is no place 'spt'; did you mean 'spot'\?"):
+    with pytest.raises(ValueError, match=r"unknown place 'spt'; did you mean 'spot'\?"):
         cell.do(skills.place("red_cube", "spt"), timeout_s=0.02)
     with pytest.raises(TypeError, match=r"needs a skill, as skills.home\(\), not <function pick"):
         cell.do(skills.pick)

@@ -125,7 +125,7 @@ class Faulty:
 @pytest.mark.parametrize(
     ("line", "message"),
     [
-        ("cell.objects['red'].position", 'mine.py:7: in decide: KeyError: "there is no object'),
+        ("cell.objects['red'].position", 'mine.py:7: in decide: KeyError: "unknown object'),
         ("skills.pick('red_cub').step(cell.arm)", "did you mean 'red_cube'?"),
         ("cell.arm.send('here')", "mine.py:7: in decide: ValueError"),
         ("cell.arm.grip('shut')", "'open', 'close' and 'keep' are allowed"),
@@ -143,7 +143,7 @@ def test_that_raises_is_given_up_with_file_and_line(run, task, line, message):
     [
         ("import nothing_like_this", "mine.py:1: in <module>: ModuleNotFoundError"),
         ("def f(:", "mine.py:1: SyntaxError"),
-        ("x = 1", "there is no policy; mark a class or a function"),
+        ("x = 1", "no policy found; mark a class or a function"),
         (
             "from robocell.task import policy\n@policy\nclass A:\n"
             "    def __init__(self, cell):\n        cell.task['no_such_key']\n",

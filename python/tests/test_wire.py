@@ -14,7 +14,7 @@ from robocell import wire
 
 @pytest.mark.sample
 def test_is_the_contract_of_the_programs():
-    printed = subprocess.check_output([str(program()), "schema", "wire", "--json"], text=True)
+    printed = subprocess.check_output([str(program()), "schema", "wire"], text=True)
     assert json.loads(printed) == wire.schema()
 
 

@@ -44,7 +44,7 @@ pub(crate) fn only(row: &str, times: &str) -> Result<(), Box<dyn Error>> {
             return Ok(());
         }
     }
-    Err(format!("there is no row '{row}'").into())
+    Err(format!("unknown row '{row}'").into())
 }
 
 pub(crate) fn bench(json: bool) -> Result<(), Box<dyn Error>> {

@@ -22,7 +22,7 @@ const DEMO: &str = "franka-stack";
 
 const NOTES: [&str; 5] = [
     "lockstep: simulated seconds in a second of processor time, of a cell of franka-stack",
-    "start: the reset begins with the request and ends with the tick in which all have seen it",
+    "start: a reset takes from the request to the tick in which all processes have seen it",
     "tick over size: mean tick of ten, with one decision; an arm of reach holds",
     "real time: lateness p99 of the later loop, controller or physics; below 50 us it counts as 50 us",
     "exponent k: cost(n) - cost(0) = b n^k, by least squares over sizes from a tenth of the largest on",

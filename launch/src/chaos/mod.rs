@@ -110,8 +110,8 @@ fn plan(args: &ChaosArgs, seed: u64) -> Result<Plan, Failure> {
     match &mut cli.command {
         Command::Run(words) => {
             words.data = args.data.clone();
-            words.speed = args.speed;
-            words.bins = args.bins;
+            words.scene.speed = args.speed;
+            words.job.bins = args.bins;
             run::resolve(words)
         }
         _ => Err(Failure::usage("no run")),

@@ -48,7 +48,7 @@ pub(crate) fn behaviour(kind: &str, verb: &BehaviourVerb) -> Result<(), Failure>
 /// Prints the JSON Schema of a kind of file.
 pub(crate) fn schema(args: &SchemaArgs) -> Result<(), Failure> {
     if args.what == SchemaKind::Output {
-        return output_schema::print_schema(args.name, args.task.as_deref());
+        return output_schema::print_schema(args.name, args.program.task.as_deref());
     }
     if args.name.is_some() {
         let what = args.what.word();
@@ -58,7 +58,7 @@ pub(crate) fn schema(args: &SchemaArgs) -> Result<(), Failure> {
         say::line(format_args!("{:#}", wire::schema()));
         return Ok(());
     }
-    let program = found(args.task.as_deref())?;
+    let program = found(args.program.task.as_deref())?;
     let what = args.what.word();
     let question = format!("the schema of a {what}");
     task_program::answer(program.as_deref(), &question, &["schema", what])
@@ -66,7 +66,7 @@ pub(crate) fn schema(args: &SchemaArgs) -> Result<(), Failure> {
 
 fn checked(kind: &str, args: &CheckArgs) -> Result<(), Failure> {
     let file = args.file.display().to_string();
-    let program = found(args.task.as_deref())?;
+    let program = found(args.program.task.as_deref())?;
     let mut arguments = vec!["behaviour", "check", kind, &file];
     arguments.extend(args.json.then_some("--json"));
     let question = format!("a check of {file}");
@@ -111,9 +111,9 @@ fn found(asked: Option<&str>) -> Result<Option<PathBuf>, Failure> {
 fn program_of(what: &str, args: &DataArgs) -> Result<Option<PathBuf>, Failure> {
     let data = args.data.as_deref();
     match plan::cell::load(data, what, 0, None, &[]) {
-        Ok(cell) => task_program::of_cell(args.task.as_deref(), &cell, data),
+        Ok(cell) => task_program::of_cell(args.program.task.as_deref(), &cell, data),
         // A file, or a name that the task program refuses with advice.
-        Err(_) => found(args.task.as_deref()),
+        Err(_) => found(args.program.task.as_deref()),
     }
 }
 

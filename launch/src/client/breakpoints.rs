@@ -36,7 +36,7 @@ fn change(args: &BreakArgs, name: &str) -> Result<(), Failure> {
     wish.count = u32::from(!args.remove);
     if wish.name.as_str() != name || name.is_empty() {
         return Err(Failure::usage(format!(
-            "`{name}` is no name of a node, state or guard: it has 1 to 48 bytes"
+            "`{name}` cannot be the name of a node, state or guard: a name has 1 to 48 bytes"
         )));
     }
     let session = if args.remove {

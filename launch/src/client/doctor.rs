@@ -169,7 +169,7 @@ fn real_time() -> Check {
     } else {
         "SCHED_FIFO is refused"
     };
-    let cost = "cycles of 1 ms come late while other programs work; a decision may be 100 ms old";
+    let cost = "cycles of 1 ms are late while other programs work; a decision may be 100 ms old";
     let fix = "add `@YOUR_GROUP - rtprio 90` to /etc/security/limits.conf and log in again \
                (in a container: --cap-add SYS_NICE --ulimit rtprio=90)";
     Check::new(

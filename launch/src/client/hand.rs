@@ -24,13 +24,13 @@ const FOLLOWS: &str = "follow";
 /// `robocell gripper open|close`.
 pub(crate) fn gripper(args: &GripperArgs) -> Result<(), Failure> {
     let mut wish = request(OperatorAction::Gripper);
-    wish.arm = args.arm;
+    wish.arm = args.of.arm;
     let (goal, done) = match args.verb {
         GripperVerb::Open => (GripperGoal::Open, "gripper opening"),
         GripperVerb::Close => (GripperGoal::Close, "gripper closing"),
     };
     wish.count = goal.code();
-    let session = Session::of(&args.cell.cell)?;
+    let session = Session::of(&args.of.cell.cell)?;
     let bus = session.join()?;
     must_lead(&session, &Follower::new(&session, &bus)?.now()?)?;
     tell(&session, &wish, done)
@@ -40,40 +40,44 @@ pub(crate) fn gripper(args: &GripperArgs) -> Result<(), Failure> {
 pub(crate) fn target(args: &TargetArgs) -> Result<(), Failure> {
     let (position, angles) = match *args.values.as_slice() {
         [x, y, z] => ([x, y, z], None),
-        [x, y, z, roll, pitch, yaw] => ([x, y, z], Some(radians([roll, pitch, yaw], args.deg)?)),
+        [x, y, z, roll, pitch, yaw] => (
+            [x, y, z],
+            Some(radians([roll, pitch, yaw], args.movement.deg)?),
+        ),
         _ => {
             return Err(Failure::usage(
                 "a target has three values, or six with roll, pitch and yaw",
             ));
         }
     };
-    let session = Session::of(&args.cell.cell)?;
+    let led = &args.movement.of;
+    let session = Session::of(&led.cell.cell)?;
     let bus = session.join()?;
     let mut world = Follower::new(&session, &bus)?;
     let state = world.now()?;
     must_lead(&session, &state)?;
     let orientation_wxyz = match angles {
-        None => present_orientation(&state, args.arm)?,
+        None => present_orientation(&state, led.arm)?,
         Some([roll, pitch, yaw]) => quaternion(roll, pitch, yaw),
     };
     let mut wish = request(OperatorAction::Target);
-    wish.arm = args.arm;
+    wish.arm = led.arm;
     wish.pose = Pose {
         position,
         orientation_wxyz,
     };
     let asked = ask_physics(&bus, &wish)?;
-    if args.no_wait {
+    if args.movement.no_wait {
         let time_s = asked.header.sim_time_ns as f64 * 1.0e-9;
         say::line(format_args!("target set at {time_s:.3} s"));
         return Ok(());
     }
     let mut approach = Approach::new(wish.pose, asked.header.tick);
     let (end, time_s) = world.until(|state| {
-        let end = approach.look(state, args.arm)?;
+        let end = approach.look(state, led.arm)?;
         Some((end, state.header.sim_time_ns as f64 * 1.0e-9))
     })?;
-    report(end, time_s, not_reached(&bus, args.arm))
+    report(end, time_s, not_reached(&bus, led.arm))
 }
 
 /// Why the controller of an arm says that it does not reach its target; empty where it says
@@ -96,7 +100,7 @@ fn not_reached(bus: &Bus, arm: u32) -> &'static str {
     ""
 }
 
-/// Says how the arm came to rest.
+/// Says how the arm stopped.
 fn report(end: Arrival, time_s: f64, why: &str) -> Result<(), Failure> {
     let away = |(distance_m, angle): (f64, f64)| {
         format!(
@@ -120,7 +124,7 @@ fn report(end: Arrival, time_s: f64, why: &str) -> Result<(), Failure> {
                 format!(" ({why})")
             };
             Err(Failure::configuration(format!(
-                "not reachable{why}: the arm came to rest {} away from the target at {time_s:.3} s",
+                "not reachable{why}: the arm stopped {} away from the target at {time_s:.3} s",
                 away(error)
             )))
         }

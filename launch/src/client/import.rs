@@ -64,7 +64,7 @@ fn report(imported: &Imported) {
     }
     say::warn(
         "leaves to provide, with subtrees of a file (--leaves) or from Python (docs/import.md); \
-         ports with the type of their value and what is done with it:",
+         ports with the type and the access of their value:",
     );
     for leaf in &imported.leaves {
         say::warn(format_args!("  {}", line(leaf)));

@@ -22,35 +22,36 @@ const SETTLED_TICKS: u64 = 300;
 
 /// `robocell joints A1 A2 ...`: returns when the arm is at rest.
 pub(crate) fn joints(args: &JointsArgs) -> Result<(), Failure> {
-    let session = Session::of(&args.cell.cell)?;
+    let led = &args.movement.of;
+    let session = Session::of(&led.cell.cell)?;
     let bus = session.join()?;
     let mut world = Follower::new(&session, &bus)?;
     let state = world.now()?;
     must_lead(&session, &state)?;
-    let arm = state.arms().get(args.arm as usize);
+    let arm = state.arms().get(led.arm as usize);
     let count = arm.map_or(0, |arm| arm.joint_count as usize);
     if arm.is_none() || args.values.len() != count {
         return Err(Failure::usage(format!(
             "{} joint positions were given; arm {} of this cell has {count} joints",
             args.values.len(),
-            args.arm
+            led.arm
         )));
     }
     let cell = session.load_cell()?;
-    let units = cell.arms.get(args.arm as usize);
+    let units = cell.arms.get(led.arm as usize);
     let units = units.map_or_else(Vec::new, |arm| arm.robot.arm_units());
-    let target = target(&args.values, &units, args.deg);
+    let target = target(&args.values, &units, args.movement.deg);
     let mut wish = request(OperatorAction::Joints);
-    (wish.arm, wish.joints) = (args.arm, target);
+    (wish.arm, wish.joints) = (led.arm, target);
     let asked = ask_physics(&bus, &wish)?;
-    if args.no_wait {
+    if args.movement.no_wait {
         let time_s = asked.header.sim_time_ns as f64 * 1.0e-9;
         say::line(format_args!("joint target set at {time_s:.3} s"));
         return Ok(());
     }
     let mut rest_since = asked.header.tick;
     let (state, is_paused) = world.until(|state| {
-        let arm = state.arms().get(args.arm as usize)?;
+        let arm = state.arms().get(led.arm as usize)?;
         if !rests(arm) {
             rest_since = state.header.tick;
         }
@@ -58,7 +59,7 @@ pub(crate) fn joints(args: &JointsArgs) -> Result<(), Failure> {
         let is_paused = state.flags & FLAG_PAUSED != 0;
         (settled || is_paused).then_some((*state, is_paused))
     })?;
-    report(&state, args.arm, &target, &units, is_paused)
+    report(&state, led.arm, &target, &units, is_paused)
 }
 
 /// The positions of the command line in rad and m.
@@ -99,7 +100,7 @@ fn report(
         return Ok(());
     }
     Err(Failure::configuration(format!(
-        "not reachable: the arm came to rest {error:.4} {unit} away from the joint target at \
+        "not reachable: the arm stopped {error:.4} {unit} away from the joint target at \
          {time_s:.3} s"
     )))
 }

@@ -59,7 +59,7 @@ pub(crate) fn list(args: &ListArgs) -> Result<(), Failure> {
         .map_or_else(cell_files::data, Data::dir);
     let list = List {
         demos: demos(&data)?,
-        running: running(args.cell.as_deref()),
+        running: running(),
     };
     if args.json {
         return output::print(&list);
@@ -72,10 +72,7 @@ pub(crate) fn list(args: &ListArgs) -> Result<(), Failure> {
         ));
     }
     if list.running.is_empty() {
-        match &args.cell {
-            Some(cell) => say::line(format_args!("No cell `{cell}` is running.")),
-            None => say::line("No cell is running."),
-        }
+        say::line("No cell is running.");
     }
     for cell in &list.running {
         let what = match (&cell.demo, &cell.recording) {
@@ -105,8 +102,7 @@ fn demos(data: &Data) -> Result<Vec<Demo>, Failure> {
     Ok(demos)
 }
 
-fn running(only: Option<&str>) -> Vec<Running> {
-    let wanted = |name: &str| only.is_none_or(|only| only == name);
+fn running() -> Vec<Running> {
     let describe = |(cell, dir): (String, RunDir)| {
         let holder = dir.holder()?;
         let demo = RunSpec::load(&dir.spec()).ok().map(|spec| spec.demo);
@@ -118,9 +114,5 @@ fn running(only: Option<&str>) -> Vec<Running> {
             since: holder.since,
         })
     };
-    RunDir::all()
-        .into_iter()
-        .filter(|(name, _)| wanted(name))
-        .filter_map(describe)
-        .collect()
+    RunDir::all().into_iter().filter_map(describe).collect()
 }

@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use cell_model::runs::spec::Speed;
 use supervisor::control::{Request, ask};
 use supervisor::failure::{Code, Failure};
 
@@ -17,9 +18,12 @@ pub(crate) fn load(args: &LoadArgs) -> Result<(), Failure> {
     let session = Session::of(&args.cell.cell)?;
     let request = Request::Load {
         demo: args.demo.clone(),
-        policy: args.policy.clone(),
-        seed: args.seed,
-        speed: args.speed.clone(),
+        policy: args.scene.policy.clone(),
+        seed: args.scene.seed,
+        speed: match args.scene.speed {
+            Speed::Max => "max".to_owned(),
+            speed => speed.factor().to_string(),
+        },
     };
     let reply = ask(&session.dir.control(), &request)?;
     if !reply.ok {
@@ -39,6 +43,6 @@ pub(crate) fn load(args: &LoadArgs) -> Result<(), Failure> {
     }
     Err(Failure {
         code: Code::GaveUp,
-        message: "the other scene does not come up; `robocell logs` says more".to_owned(),
+        message: "the other scene does not start; `robocell logs` says more".to_owned(),
     })
 }

@@ -85,7 +85,7 @@ impl Measured {
         let advice = match (self.verdict, most) {
             ("fit", _) => "real time works on this machine",
             (_, Some(name)) if name == Cause::StealTime.name() => {
-                "other virtual machines take the cores: give this one cores of its own, or run \
+                "other virtual machines take the cores: give this one its own cores, or run \
                  in lockstep (`--speed max`)"
             }
             (_, Some(name)) if name == Cause::PageFault.name() => {

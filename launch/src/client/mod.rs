@@ -76,7 +76,7 @@ impl Session {
         // Without room the bus fails by an error that does not name it, or by SIGBUS.
         if let Some(lack) = Room::of_command(self.dir.path()).lack() {
             return Err(Failure::configuration(format!(
-                "cannot join cell `{}`: {lack}; delete what fills it",
+                "cannot join cell `{}`: {lack}; delete files there",
                 self.spec.cell
             )));
         }

@@ -73,7 +73,7 @@ pub(crate) fn speed(args: &SpeedArgs) -> Result<(), Failure> {
     wish.seconds = args.speed.factor();
     let how = match args.speed {
         Speed::RealTime => "real time".to_owned(),
-        Speed::Max => "as fast as it goes, in lockstep".to_owned(),
+        Speed::Max => "as fast as possible, in lockstep".to_owned(),
         Speed::Factor(factor) => format!("{factor} times real time, in lockstep"),
     };
     tell(

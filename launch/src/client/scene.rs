@@ -137,7 +137,7 @@ pub(super) fn refusal(code: u32) -> Option<&'static str> {
     match SuctionRefusal::from_code(code)? {
         SuctionRefusal::None => None,
         SuctionRefusal::NothingThere => Some("nothing was in front of the cup"),
-        SuctionRefusal::NotMovable => Some("what was there cannot be moved"),
+        SuctionRefusal::NotMovable => Some("the object there cannot be moved"),
         SuctionRefusal::TooOblique => Some("the surface was too oblique"),
     }
 }

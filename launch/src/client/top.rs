@@ -31,7 +31,7 @@ use crate::{output, say};
 const FRAME: Duration = Duration::from_millis(100);
 /// The task sends its pictures once a second; one that is gone sends none.
 const FRAMES_FOR_PICTURES: usize = 13;
-/// Size of the frame printed by `--once`, in characters, in a pipe.
+/// Size of the frame printed in a pipe (characters).
 const ONCE: (u16, u16) = (130, 30);
 
 /// Lines that can be in the log and still on their way.
@@ -134,10 +134,10 @@ impl Snapshot {
 
 /// Shows the cell until `q`, or prints one frame.
 pub(crate) fn top(args: &TopArgs) -> Result<(), Failure> {
-    let is_once = args.once || !std::io::stdout().is_terminal();
+    let is_pipe = !std::io::stdout().is_terminal();
     let mut view = View::open(&args.cell.cell)?;
     view.picture.fill();
-    if is_once || args.json {
+    if is_pipe || args.json {
         for _ in 0..FRAMES_FOR_PICTURES {
             view.update();
             if view.trace.is_complete() {
@@ -159,7 +159,7 @@ fn watch(view: &mut View) -> Result<(), Failure> {
     let mut terminal = ratatui::try_init().map_err(|error| {
         ratatui::restore();
         Failure::usage(format!(
-            "this is no terminal to draw in ({error}); `robocell top --once` prints one frame as text"
+            "this is not a terminal ({error}); `robocell top | cat` prints one frame as text"
         ))
     })?;
     let result = watch_in(&mut terminal, view);

@@ -92,7 +92,7 @@ fn checkout(args: &NewArgs) -> Result<PathBuf, Failure> {
         return fs::canonicalize(&dir).cannot(format!("find {}", dir.display()));
     }
     Err(Failure::configuration(if asked {
-        format!("{} is no checkout of robocell", dir.display())
+        format!("{} is not a checkout of robocell", dir.display())
     } else {
         "the packages of robocell are not published yet, and the checkout this program was built \
          from is gone; name one with --crates DIR, or write the task as json, table or matrix, \
@@ -162,7 +162,7 @@ fn fill(template: &str, args: &NewArgs, crates: Option<&Path>) -> String {
         };
         let lines: Vec<String> = PACKAGES.iter().map(line).collect();
         format!(
-            "\n# Until the packages are published: the checkout they come from.\n[patch.crates-io]\n{}\n",
+            "\n# Until the packages are published: their checkout.\n[patch.crates-io]\n{}\n",
             lines.join("\n")
         )
     });

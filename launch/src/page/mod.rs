@@ -10,6 +10,8 @@ use cell_model::runs::spec::{PageSecrets, PageSpec};
 use supervisor::failure::{Context, Failure};
 use supervisor::rundir::RunDir;
 
+use crate::cli::PageArgs;
+
 use address::{ListenAddress, place};
 pub(crate) use browser::open;
 use dist::built;
@@ -24,12 +26,11 @@ pub(crate) struct Page {
 }
 
 impl Page {
-    /// A page that listens where `listen` says, or on loopback; `host` names this
-    /// machine in links for others.
-    pub(crate) fn new(listen: Option<&str>, host: Option<&str>) -> Result<Self, Failure> {
+    /// A page with a new token, at the address of the arguments.
+    pub(crate) fn new(args: &PageArgs) -> Result<Self, Failure> {
         Ok(Self {
-            place: place(listen)?,
-            host: host.map(str::to_owned),
+            place: place(args.listen.as_deref())?,
+            host: args.host.clone(),
             secrets: PageSecrets::random().cannot("make the token of the page")?,
         })
     }
@@ -85,7 +86,7 @@ pub(crate) fn lines(page: &PageSpec, secrets: &PageSecrets) -> Vec<String> {
         ));
         lines.push(format!(
             "warning: the page listens at {} and can be reached from the network; it is not encrypted. \
-             Who has a link above can move the arms. A link to look only: {}",
+             Anyone with a link above can move the arms. A link that only shows the cell: {}",
             page.address,
             links(&secrets.viewer_token)
         ));

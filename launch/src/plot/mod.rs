@@ -75,7 +75,7 @@ pub(crate) fn plot(args: &PlotArgs) -> Result<(), Failure> {
     let all = signals::signals(recording.scene());
     let span = span(args, recording.span_s())?;
     // A picture has as many colours and marks as can be told apart; numbers need none.
-    let is_picture = !args.json || args.output.is_some() || args.text;
+    let is_picture = !args.json || args.output.is_some();
     let most = if is_picture {
         evaluation::charts::MAX_LINES
     } else {
@@ -103,7 +103,7 @@ pub(crate) fn plot(args: &PlotArgs) -> Result<(), Failure> {
         let picture = evaluation::charts::svg(&by_unit(&chosen, &lines), span);
         std::fs::write(out, picture).cannot(format!("write {}", out.display()))?;
     }
-    if args.output.is_none() || args.text {
+    if args.output.is_none() {
         print_text(&chosen, lines, span);
     }
     Ok(())
@@ -141,7 +141,7 @@ fn span(args: &PlotArgs, (first, last): (f64, f64)) -> Result<(f64, f64), Failur
 
 /// The signals there are.
 fn list(args: &PlotArgs, all: &[Signal], span: (f64, f64)) -> Result<(), Failure> {
-    if args.output.is_some() || args.text {
+    if args.output.is_some() {
         return Err(Failure::usage(
             "no signal is named; `robocell plot FILE` lists them",
         ));
@@ -233,7 +233,6 @@ mod tests {
             signals: Vec::new(),
             from,
             to,
-            text: false,
             output: None,
             json: false,
         }

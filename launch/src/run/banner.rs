@@ -13,7 +13,7 @@ use super::first_page;
 use crate::shell::quoted;
 use crate::{page, say};
 
-/// What is started, and where its page is.
+/// The run, its arms and the address of its page.
 pub(super) fn announce(live: &LiveCell, about_arms: &[String]) {
     say::line(title(live.spec()));
     about_arms.iter().for_each(say::line);

@@ -19,7 +19,7 @@ use supervisor::run::plan::{Plan, Scene};
 use supervisor::rundir::RunDir;
 
 use super::arms;
-use crate::cli::RunArgs;
+use crate::cli::{JobArgs, RunArgs, SceneArgs};
 use crate::page::Page;
 use inputs::Inputs;
 use paths::new_file;
@@ -30,7 +30,7 @@ const REACH: &str = "reach";
 /// Resolves the command line; the first thing that is wrong is the error.
 pub fn resolve(args: &RunArgs) -> Result<Plan, Failure> {
     let page = (!args.headless && !args.one_process)
-        .then(|| Page::new(args.listen.as_deref(), args.host.as_deref()))
+        .then(|| Page::new(&args.page))
         .transpose()?;
     with_page(args, page)
 }
@@ -48,8 +48,8 @@ fn with_page(args: &RunArgs, page: Option<Page>) -> Result<Plan, Failure> {
         cell: args.cell.cell.clone(),
         demo: args.demo.clone(),
         policy: inputs.policy,
-        seed: args.seed,
-        speed: args.speed,
+        seed: args.scene.seed,
+        speed: args.scene.speed,
         data_dir: inputs.data_dir,
         task_program: inputs.program,
         controller_programs: inputs.controllers,
@@ -61,12 +61,12 @@ fn with_page(args: &RunArgs, page: Option<Page>) -> Result<Plan, Failure> {
         robot: inputs.robot,
         script: inputs.script,
         paused: args.paused,
-        bins: args.bins,
+        bins: args.job.bins,
         set: args.set.clone(),
         replace: inputs.replace,
         until_done: args.until_done,
         time_limit_s: limit,
-        real_time: args.speed == Speed::RealTime,
+        real_time: args.scene.speed == Speed::RealTime,
         page: page.as_ref().map(|page| page.spec(&dir)),
         record: record_of(args, &dir)?,
         incidents_dir: flight::incidents(&args.cell.cell, &dir),
@@ -100,7 +100,10 @@ fn replaced(args: &RunArgs, page: Option<Page>, scene: Scene) -> Result<Plan, Fa
 fn args_of(args: &RunArgs, scene: Scene) -> RunArgs {
     match scene {
         Scene::NextSeed => RunArgs {
-            seed: args.seed.wrapping_add(1),
+            scene: SceneArgs {
+                seed: args.scene.seed.wrapping_add(1),
+                ..args.scene.clone()
+            },
             paused: false,
             ..args.clone()
         },
@@ -113,16 +116,21 @@ fn args_of(args: &RunArgs, scene: Scene) -> RunArgs {
             let is_same = demo == args.demo;
             RunArgs {
                 demo,
-                policy,
-                seed,
-                speed,
+                scene: SceneArgs {
+                    policy,
+                    seed,
+                    speed,
+                },
+                job: JobArgs {
+                    timeout: None,
+                    script: None,
+                    bins: args.job.bins.filter(|_| is_same),
+                    replace: args.job.replace.clone(),
+                },
                 paused: true,
                 until_done: false,
                 again: false,
-                timeout: None,
-                script: None,
                 record: None,
-                bins: args.bins.filter(|_| is_same),
                 set: Some(args.set.clone())
                     .filter(|_| is_same)
                     .unwrap_or_default(),
@@ -137,7 +145,7 @@ fn args_of(args: &RunArgs, scene: Scene) -> RunArgs {
 
 /// The arms in a few lines, where the run is about them.
 fn about_arms(args: &RunArgs, cell: &Cell, robot: Option<&RobotFiles>) -> Vec<String> {
-    if args.verbose || robot.is_some() || args.demo == REACH {
+    if robot.is_some() || args.demo == REACH {
         arms::lines(cell, robot)
     } else {
         Vec::new()
@@ -147,7 +155,7 @@ fn about_arms(args: &RunArgs, cell: &Cell, robot: Option<&RobotFiles>) -> Vec<St
 /// When the run ends at the latest.
 fn limit_of(args: &RunArgs, cell: &Cell) -> Option<f64> {
     let of_cell = args.until_done.then_some(cell.time_limit_s);
-    args.timeout.or(of_cell)
+    args.job.timeout.or(of_cell)
 }
 
 /// What is kept of the run: the ring, and a file where one was asked for.

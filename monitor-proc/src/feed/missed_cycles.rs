@@ -132,11 +132,11 @@ impl LastMisses {
         let why = if self.body_ns >= period_ns {
             format!("a cycle took {:.1} ms", ms(self.body_ns))
         } else if self.physics_late_ns >= (SHARE_OF_PHYSICS * self.late_ns).max(period_ns) {
-            format!("physics began {:.1} ms late", ms(self.physics_late_ns))
+            format!("physics started {:.1} ms late", ms(self.physics_late_ns))
         } else if self.late_ns >= period_ns {
             format!("it was given the processor {:.1} ms late", ms(self.late_ns))
         } else {
-            "no new state came in time".to_owned()
+            "no new state arrived in time".to_owned()
         };
         format!("the last {} at {:.1} s: {why}", self.count, self.time_s)
     }
@@ -174,12 +174,12 @@ mod tests {
             (
                 (2, 4.2, 0.2),
                 (2, 4.0, 0.2),
-                "the last 2 at 2.0 s: physics began 4.0 ms late",
+                "the last 2 at 2.0 s: physics started 4.0 ms late",
             ),
             (
                 (2, 0.1, 0.2),
                 (0, 0.1, 0.2),
-                "the last 2 at 2.0 s: no new state came in time",
+                "the last 2 at 2.0 s: no new state arrived in time",
             ),
         ];
         for ((missed, late, body), (more, physics_late, physics_body), cause) in cases {

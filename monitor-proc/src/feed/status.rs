@@ -187,8 +187,8 @@ fn equipment(world: &WorldState, objects: &[String]) -> Value {
             SupplyRefusal::None => "",
             SupplyRefusal::NoneLeft => "none is left",
             SupplyRefusal::TooManyWaiting => "enough of them wait",
-            SupplyRefusal::CoolDown => "the last one came a moment ago",
-            SupplyRefusal::PlaceTaken => "something stands where it would come",
+            SupplyRefusal::CoolDown => "the last one arrived a moment ago",
+            SupplyRefusal::PlaceTaken => "its place is occupied",
         },
         "parts_dropped": found.parts_dropped,
         "parts_waiting": found.parts_waiting,
@@ -222,8 +222,8 @@ fn suction(gripper: &GripperState) -> Value {
         "refusals": gripper.refusals,
         "refusal": match refusal {
             SuctionRefusal::None => "",
-            SuctionRefusal::NothingThere => "nothing is there",
-            SuctionRefusal::NotMovable => "what is there stands still",
+            SuctionRefusal::NothingThere => "nothing was in front of the cup",
+            SuctionRefusal::NotMovable => "the object there cannot be moved",
             SuctionRefusal::TooOblique => "the surface is too oblique",
         },
     })

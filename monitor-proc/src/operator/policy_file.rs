@@ -329,14 +329,14 @@ mod tests {
 
     #[test]
     fn errors_of_the_file_have_their_place_and_others_none() {
-        let output = "cells/a.tree.json:32:26: there is no node type 'X'\n\ncells/a.toml: no\n";
+        let output = "cells/a.tree.json:32:26: unknown node type 'X'\n\ncells/a.toml: no\n";
         let found = faults(output, "cells/a.tree.json:");
         assert_eq!(
             found[0],
             Fault {
                 line: 32,
                 column: 26,
-                message: "there is no node type 'X'".to_owned()
+                message: "unknown node type 'X'".to_owned()
             }
         );
         assert_eq!(

@@ -172,7 +172,7 @@ impl PhysicsConnection {
         }
         self.client
             .as_mut()
-            .ok_or_else(|| "there is no line to physics".to_owned())
+            .ok_or_else(|| "not connected to physics".to_owned())
     }
 }
 

@@ -16,7 +16,7 @@ impl CommandQueue for ReplayCommandQueue {
         let reply = match play_order(&order) {
             Some(order) if self.0.send(order).is_ok() => Reply::done(),
             Some(_) => Reply::refused("the replay is ending"),
-            None => Reply::refused("this is a recording: what happened cannot be changed"),
+            None => Reply::refused("this is a recording: it cannot be changed"),
         };
         send(answer, reply);
     }

@@ -149,7 +149,7 @@ fn put_cookie(response: &mut Response, cookie: &str) {
 
 fn found(asset: Option<&Asset>, path: &str) -> Response {
     let Some(asset) = asset else {
-        return plain::line(StatusCode::NOT_FOUND, "there is no such file\n");
+        return plain::line(StatusCode::NOT_FOUND, "no such file\n");
     };
     // Names of built files have a hash of their content.
     let caching = if path.starts_with("/assets/") {

@@ -366,7 +366,7 @@ impl Reader {
             let reply = reply.await;
             // The permit is free before the answer is sent: a slow page must not keep it.
             drop(permit);
-            let no_answer = || Reply::refused("there was no answer; the monitor may be ending");
+            let no_answer = || Reply::refused("no answer; the monitor may be ending");
             let text = acknowledge(id, &reply.unwrap_or_else(|_| no_answer()));
             let _page_is_there = out.send(Out::Text(text)).await.is_ok();
         });

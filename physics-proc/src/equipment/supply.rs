@@ -138,13 +138,13 @@ impl Supply {
                 let seconds = |ticks: u64| (ticks * TICK_NS) as f64 * 1.0e-9;
                 let (at, left) = (state.free_at, state.free_at.saturating_sub(tick));
                 format!(
-                    "the last bin came a moment ago; the next can come at {:.3} s, in {:.3} s",
+                    "the last bin arrived a moment ago; the next can be added at {:.3} s, in {:.3} s",
                     seconds(at),
                     seconds(left)
                 )
             }
             SupplyRefusal::PlaceTaken | SupplyRefusal::None => {
-                "an arm or an object is where the bin would come; ask again when it has moved"
+                "an arm or an object occupies the place of the bin; ask again when it has moved"
                     .to_owned()
             }
         }

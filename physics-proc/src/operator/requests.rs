@@ -276,7 +276,7 @@ impl Operator {
     pub(crate) fn answer_to_reset(&self, reset: Result<(), WorldError>) -> Reply {
         match reset {
             Ok(()) if self.panel.task_paused => {
-                accepted_but("the task is still paused; `robocell task resume` lets it begin")
+                accepted_but("the task is still paused; `robocell task resume` starts it")
             }
             Ok(()) => accepted(),
             Err(error) => (ReplyCode::OutOfRange, error.to_string()),

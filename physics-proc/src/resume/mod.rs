@@ -210,7 +210,7 @@ fn resume(file: &RecordFile, run: u64, plant: &mut Plant) -> Result<(), String> 
                 "{path}: {newest}; physics resumed from the state before, of {s:.1} s"
             ))
         }
-        Err(_) => Err(format!("{path}: {newest}; the scene began again")),
+        Err(_) => Err(format!("{path}: {newest}; the scene starts again")),
     }
 }
 

@@ -224,7 +224,7 @@ fn a_state_file_that_is_damaged_missing_or_a_link_is_reported() {
         assert_eq!(physics.tick(), 0);
         let lost = physics.resume.lost(0);
         assert!(lost.contains(named), "{named}: {lost}");
-        assert!(lost.contains("the scene began again"), "{lost}");
+        assert!(lost.contains("the scene starts again"), "{lost}");
         std::fs::remove_file(&path).ok();
     }
 }

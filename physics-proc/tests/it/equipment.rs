@@ -269,7 +269,7 @@ fn a_refused_bin_is_told_when_it_may_come() {
     let (code, why) = plc.ask(OperatorAction::AddBin, 0);
     assert_eq!(code, ReplyCode::OutOfRange);
     assert!(
-        why.contains("can come at") && why.contains(" s, in "),
+        why.contains("can be added at") && why.contains(" s, in "),
         "{why}"
     );
     let left: f64 = why
@@ -282,7 +282,7 @@ fn a_refused_bin_is_told_when_it_may_come() {
     let waits = (0..10_000).take_while(|tick| f64::from(*tick) * 1.0e-3 < left);
     waits.for_each(|_| plc.run(1));
     let (_, why) = plc.ask(OperatorAction::AddBin, 0);
-    assert!(!why.contains("can come at"), "{why}");
+    assert!(!why.contains("can be added at"), "{why}");
 }
 
 #[test]

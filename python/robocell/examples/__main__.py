@@ -29,7 +29,7 @@ def main() -> int:
         return 0
     name = sys.argv[1].removesuffix(".py")
     if len(sys.argv) > 2 or name not in known:
-        print(f"there is no example '{name}'; known are: {', '.join(known)}", file=sys.stderr)
+        print(f"unknown example '{name}'; known are: {', '.join(known)}", file=sys.stderr)
         return 2
     print(known[name])
     return 0

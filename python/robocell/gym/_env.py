@@ -35,7 +35,7 @@ _STEP_RAD = 0.15
 _LEASH_M = 0.08
 #: Observations are clipped to this.
 _LIMIT = 10.0
-#: What an observation has of an object that is not in the cell.
+#: Observation of an object that is not in the cell.
 _ABSENT = (0.0,) * 7
 
 Floats = npt.NDArray[np.float32]
@@ -93,7 +93,7 @@ class CellEnv(gymnasium.Env[Floats, Floats]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Floats, dict[str, Any]]:
-        """Begins an episode: the scene follows from ``seed``, or from the one before."""
+        """Starts an episode: the scene follows from ``seed``, or from the one before."""
         info = self.begin(seed)
         return self._observation(), info
 
@@ -134,7 +134,7 @@ class CellEnv(gymnasium.Env[Floats, Floats]):
         return clipped
 
     def act(self, parts: Array) -> None:
-        """The first half of a step: tells the arms what :meth:`checked` gave."""
+        """The first half of a step: passes the result of :meth:`checked` to the arms."""
         for index, (arm, part) in enumerate(zip(self.cell.arms, parts, strict=True)):
             position, orientation = self._goals[index]
             position = position + _STEP_M * part[:3]
@@ -150,7 +150,7 @@ class CellEnv(gymnasium.Env[Floats, Floats]):
         self.job.tend()
 
     def judge(self) -> tuple[Floats, float, bool, bool, dict[str, Any]]:
-        """The second half: what came of it."""
+        """The second half: the result."""
         reward, terminated, info = self.outcome()
         return self._observation(), reward, terminated, False, info
 
@@ -214,5 +214,5 @@ def _of_object(one: Object) -> list[npt.ArrayLike]:
 
 
 def _graspable(arm: Arm) -> list[str]:
-    # What the tool works with is no obstacle for it.
+    # The objects that the tool works with are not obstacles for it.
     return [] if arm.held is None else [arm.held]

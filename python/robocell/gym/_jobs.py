@@ -1,4 +1,4 @@
-"""What counts in each demo: how far its job is, in numbers a reward is made of."""
+"""Progress of the job of each demo, as the numbers that a reward is made of."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Job:
         return []
 
     def tend(self) -> None:
-        """What the equipment of the cell does without the arm, before each step."""
+        """Actions of the equipment of the cell, before each step."""
 
     def extra(self) -> list[float]:
         """The numbers of :attr:`extras`."""
@@ -69,7 +69,7 @@ class Job:
         return filled, share
 
     def is_over(self) -> bool:
-        """Whether the job has come to another end than all slots filled."""
+        """Whether the job has ended without all slots filled."""
         return False
 
     def _filled(self, line: Line) -> list[Object]:
@@ -159,7 +159,7 @@ class Pyramid(Job):
 
 
 class _Belt(Job):
-    """Bins come on a belt that stops when one is at its end."""
+    """Bins arrive on a belt that stops when one is at its end."""
 
     #: No bin is asked for within this time of the one before (s).
     interval_s = 2.0

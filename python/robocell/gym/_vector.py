@@ -70,7 +70,7 @@ class CellVectorEnv(VectorEnv[Floats, Floats, Any]):
         seed: int | list[int | None] | None = None,
         options: dict[str, Any] | None = None,
     ) -> tuple[Floats, dict[str, Any]]:
-        """Begins an episode in every cell. One seed gives the cells it and the numbers
+        """Starts an episode in every cell. One seed gives the cells it and the numbers
         after it."""
         seeds: list[int | None]
         if isinstance(seed, list):
@@ -118,7 +118,7 @@ class CellVectorEnv(VectorEnv[Floats, Floats, Any]):
         return self._observations(), rewards, terminated, truncated, infos
 
     def _observations(self) -> Floats:
-        # Every step has an array of its own: a caller may keep the one before.
+        # Every step has its own array: a caller may keep the one before.
         rows: Floats = np.empty((self.num_envs, self.envs[0].observed), np.float32)
         for env, row in zip(self.envs, rows, strict=True):
             env.observe(row)

@@ -1,7 +1,7 @@
 """Tasks in Python.
 
 A task is a class with ``decide(self, cell)``, or a function, marked with
-:func:`policy`. It is called every 10 ms and says what the arms do until the next
+:func:`policy`. It is called every 10 ms and decides the motion of the arms until the next
 call; an arm without a command stays where it was sent. ``robocell run CELL --task
 FILE.py`` runs it.
 """

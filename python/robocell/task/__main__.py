@@ -31,7 +31,7 @@ def load(path: str) -> ModuleType:
     sys.path.insert(0, os.path.dirname(os.path.abspath(path)))
     spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:
-        raise ImportError(f"{path} is no Python file")
+        raise ImportError(f"{path} is not a Python file")
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
     spec.loader.exec_module(module)
@@ -48,7 +48,7 @@ def policies(path: str) -> list[tuple[str, Maker]]:
     default = stem.encode()[:_NAME_BYTES].decode(errors="ignore")
     if not declared:
         raise ImportError(
-            f"{path}: there is no policy; mark a class or a function with @robocell.task.policy"
+            f"{path}: no policy found; mark a class or a function with @robocell.task.policy"
         )
     found: dict[str, Maker] = {}
     first: dict[str, str] = {}
@@ -70,7 +70,7 @@ def policies(path: str) -> list[tuple[str, Maker]]:
 
 
 def _refuse_exit() -> None:
-    """Lets ``os._exit`` raise: it ends all of the cell in one process, and leaves nothing to
+    """Makes ``os._exit`` raise: it ends all of the cell in one process, and leaves nothing to
     report. Forked processes keep it."""
     leave, own = os._exit, os.getpid()
 
@@ -87,7 +87,7 @@ def _refuse_exit() -> None:
 
 
 def _leave_threads(code: int) -> None:
-    """Ends this process although a thread of the task does not: whoever has asked this
+    """Ends this process although a thread of the task does not: the program that asked this
     program waits for its end."""
     alive = [one for one in threading.enumerate() if not one.daemon]
     names = [one.name for one in alive if one is not threading.main_thread()]

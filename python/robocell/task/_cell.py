@@ -10,7 +10,7 @@ __all__ = ["Arm", "Object", "TaskCell"]
 
 
 class TaskCell(View):
-    """The cell: what a task sees, and where it reports.
+    """The cell: the observations of a task, and its reports.
 
     Arrays are views that show the newest decision; ``.copy()`` keeps a value.
     """

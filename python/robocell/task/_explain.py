@@ -30,7 +30,7 @@ def _libraries() -> tuple[str, ...]:
 
 
 def explain(error: BaseException) -> str:
-    """``FILE:LINE: in FUNCTION: TYPE: MESSAGE``, or ``FILE:LINE: MESSAGE`` of what is refused."""
+    """``FILE:LINE: in FUNCTION: TYPE: MESSAGE``, or ``FILE:LINE: MESSAGE`` of a refusal."""
     message = " ".join(str(error).split())
     if isinstance(error, Refused) and error.where:
         return message

@@ -1,4 +1,4 @@
-"""Objects as bytes, and back: what the checkpoint of a policy is made of.
+"""Objects as bytes, and back: the content of the checkpoint of a policy.
 
 Values go through one pickler, one after the other, so that an object they share is still one
 object. The bytes of equal memories have to be equal: ``replay --verify`` compares them.
@@ -131,7 +131,7 @@ def digest(value: Any, handles: Handles) -> str:
         return CODE_DIGEST
     try:
         written = _digested(value, handles)
-    except Exception:  # Whatever a class of the user raises when it is pickled.
+    except Exception:  # Any exception of a class of the user when it is pickled.
         return UNKNOWN_DIGEST
     return hashlib.blake2b(written, digest_size=_DIGEST_BYTES).hexdigest()
 
@@ -174,7 +174,7 @@ def _load_what_can(body: bytes, ends: Sequence[int], handles: Handles) -> list[A
         count += sum(opcode.name == "MEMOIZE" for opcode, _, _ in opcodes)
         try:
             values.append(unpickler.load())
-        except Exception as error:  # Whatever a class of the user raises.
+        except Exception as error:  # Any exception of a class of the user.
             values.append(error)
         # The pickler has counted the objects that are missing.
         while len(memo) < count:

@@ -30,7 +30,7 @@ _SKILL_HINT = "; SkillLeaf(name, arm, skill) translates the status of a skill"
 
 
 def check_nodes(nodes: Sequence[Any]) -> None:
-    """Refuses methods that cannot be called, and lets the results of the others be checked."""
+    """Refuses methods that cannot be called, and has the results of the others checked."""
     for node in nodes:
         for name, (count, usage) in _METHODS.items():
             function = getattr(node, name)

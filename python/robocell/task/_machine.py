@@ -55,7 +55,7 @@ _REFUSED_CLASSES = {
 
 
 class _Fires:
-    """A transition that tells its machine which trigger changes the state."""
+    """A transition that reports to its machine which trigger changes the state."""
 
     def _change_state(self, event_data: Any) -> None:
         machine = event_data.machine
@@ -106,13 +106,13 @@ def make_machine(policy: Any, changed: Callable[[str], None]) -> Any:
     """The machine of a policy, of its constants ``states``, ``transitions`` and so on.
 
     Raises:
-        Refused: with the line of what cannot work.
+        Refused: with the line of the mistake.
     """
     kind = type(policy)
     for name, why in _REFUSED.items():
         if getattr(policy, name, None) not in (None, "state"):
             raise Refused(constant_line(kind, name), f"{name} is not supported: {why}")
-    # Each policy has state objects of its own: they may have attributes.
+    # Each policy has its own state objects: they may have attributes.
     states = copy.deepcopy(list(policy.states), {id(policy): policy})
     base = _base(policy, states)
     options = {name: getattr(policy, name) for name in OPTIONS if hasattr(policy, name)}
@@ -166,7 +166,7 @@ def _add_states(machine: Any, policy: Any, states: Sequence[Any]) -> None:
             raise Refused(where, f"timeout is not supported: {_REFUSED_CLASSES['Timeout']}")
         try:
             machine.add_states([state])
-        except Exception as error:  # Whatever the package raises.
+        except Exception as error:  # Any exception of the package.
             raise Refused(where, f"the state {state!r} is refused: {error}") from error
     if not states:
         raise Refused(constant_line(kind, "states"), f"{kind.__name__} has no states")
@@ -190,7 +190,7 @@ def _plain(state: Any) -> Any:
 
 
 def _check_state(machine: Any, state: Any, called: str, where: str) -> None:
-    """Refuses what is not a state: the package adds, or looks up later, what it does not know."""
+    """Refuses objects that are not states: the package adds unknown ones or searches them later."""
     if isinstance(state, (list, tuple)):
         for one in state:
             _check_state(machine, one, called, where)
@@ -226,7 +226,7 @@ def _add_transitions(machine: Any, policy: Any) -> None:
         try:
             row = [_plain(cell) for cell in row] if _is_row(row) else {**row, **_ends(cells)}
             machine.add_transitions([row])
-        except Exception as error:  # Whatever the package raises.
+        except Exception as error:  # Any exception of the package.
             raise Refused(where, f"the transition {row!r} is refused: {error}") from error
     if getattr(policy, "ordered_transitions", False):
         machine.add_ordered_transitions()

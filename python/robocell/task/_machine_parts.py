@@ -1,4 +1,4 @@
-"""What a machine of ``transitions`` consists of, and its callbacks."""
+"""The parts of a machine of ``transitions``, and its callbacks."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ CALLBACKS = (
     "on_exception",
     "on_final",
 )
-#: What the package adds to a policy.
+#: Attributes that the package adds to a policy.
 _OF_PACKAGE = frozenset({"trigger", "may_trigger"})
 _MISSING = object()
 _OF_STATE = ("on_enter", "on_exit", "on_final")
@@ -141,7 +141,7 @@ def _line_of_word(kind: type, word: str) -> str:
 
 
 def states_of(machine: Any) -> dict[str, Any]:
-    """All states by name: that of a nested one begins with those of its parents."""
+    """All states by name: that of a nested one starts with those of its parents."""
     return dict(_states(machine, machine.states, []))
 
 
@@ -157,7 +157,7 @@ def state_names(machine: Any) -> list[str]:
 
 
 def events_of(machine: Any) -> list[tuple[str, Any]]:
-    """The events, each with what is in front of the names of its states."""
+    """The events, each with the prefix of the names of its states."""
     found = [("", event) for event in machine.events.values()]
     if isinstance(machine, HierarchicalMachine):
         for name, state in states_of(machine).items():

@@ -24,7 +24,7 @@ from robocell.task._source import place
 
 #: Path of a part, name of an attribute.
 Key: TypeAlias = tuple[str, str]
-#: By path and attribute the digest of what the constructor set.
+#: By path and attribute the digest of the value that the constructor set.
 Made: TypeAlias = dict[str, dict[str, str]]
 
 #: The attribute of what a method ``save`` of the user returned.
@@ -59,13 +59,13 @@ class Part:
 
 
 class Remembers:
-    """What a policy with an engine says of its memory; see :class:`Memory`."""
+    """The memory of a policy with an engine; see :class:`Memory`."""
 
     #: Methods of a subclass that are called, besides those of every policy.
     _memory_hooks: ClassVar[frozenset[str]] = frozenset()
 
     def _memory_missing(self) -> str:
-        """What a subclass lacks or did not call; "" for a complete policy."""
+        """Methods that a subclass lacks or did not call; "" for a complete policy."""
         return ""
 
     def _memory_skip(self) -> frozenset[str]:
@@ -90,7 +90,7 @@ class Remembers:
 
 @dataclass
 class Saved:
-    """What a checkpoint holds."""
+    """The content of a checkpoint."""
 
     made: Made
     #: State of the tree or machine.
@@ -149,8 +149,8 @@ class Memory:
             self._lines.append((kind, text))
 
     def save(self, engine: Any, saved: Part | None = None) -> bytes:
-        """All of it as bytes, with the state of the tree or machine. ``saved`` is what the
-        user's own method gave in place of the attributes of the policy."""
+        """All of it as bytes, with the state of the tree or machine. ``saved`` is the value
+        that the user's own method gave in place of the attributes of the policy."""
         parts = self.parts if saved is None else [saved, *self.parts[1:]]
         self._ask_again(parts)
         while (written := self._write(parts)) is None:
@@ -185,7 +185,7 @@ class Memory:
                     continue
                 try:
                     pickler.dump(value)
-                except Exception as error:  # Whatever a class of the user raises.
+                except Exception as error:  # Any exception of a class of the user.
                     self._refused.add(key)
                     where = part.place(name)
                     called = f"{part.called}{name}"
@@ -201,7 +201,7 @@ class Memory:
         return isinstance(value, CODE) and self._code.get(key) is value
 
     def read(self, state: bytes) -> Saved:
-        """What :meth:`save` has written."""
+        """The value that :meth:`save` has written."""
         header, engine, lost, ends, body = pickle.loads(state)
         head = json.loads(zlib.decompress(header))
         saved = Saved(head["made"], engine, [(path, name) for path, name in lost], head["has_own"])

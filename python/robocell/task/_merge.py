@@ -22,12 +22,12 @@ _SHORT.maxother = _SHORT.maxstring = 60
 
 
 class Merge:
-    """Gives a policy what a checkpoint has of it."""
+    """Restores the attributes of a policy from a checkpoint."""
 
     def __init__(self, memory: Memory, saved: Saved) -> None:
         self._memory = memory
         self._saved = saved
-        #: What was taken from the checkpoint.
+        #: Attributes from the checkpoint.
         self.kept: list[str] = []
         self._edited: list[str] = []
         #: By its number, a value of the constructor and the one in its place.
@@ -35,7 +35,7 @@ class Merge:
         self._new: list[tuple[Part, str]] = []
 
     def run(self) -> None:
-        """Sets the attributes, and says what is new."""
+        """Sets the attributes, and returns the new ones."""
         for part in self._memory.parts:
             if not (self._saved.has_own and part.path == ""):
                 self._part(part)

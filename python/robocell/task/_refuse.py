@@ -1,4 +1,4 @@
-"""Refusals of what cannot work, each with the line of the user's file."""
+"""Refusals of mistakes, each with the line of the user's file."""
 
 from __future__ import annotations
 

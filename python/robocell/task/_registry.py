@@ -7,7 +7,7 @@ from typing import Any, TypeVar, overload
 
 Declared = TypeVar("Declared", bound=Callable[..., Any])
 
-#: What carries the name of a policy in a decision, in bytes.
+#: Size of the name of a policy in a decision, in bytes.
 _NAME_BYTES = 16
 
 declared: list[tuple[str | None, Callable[..., Any]]] = []

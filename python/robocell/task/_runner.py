@@ -1,4 +1,4 @@
-"""What the native part calls: one policy of a user, whatever its kind."""
+"""The interface of the native part: one policy of a user, of any kind."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ Lines: TypeAlias = list[tuple[str, str]]
 
 
 def maker(target: Callable[..., Any]) -> Maker:
-    """What makes the runner of a class or function for a cell.
+    """A function that makes the runner of a class or function for a cell.
 
     Raises:
-        Refused: for what can be no policy.
+        Refused: for an object that cannot be a policy.
     """
     _check_target(target)
 
@@ -83,13 +83,13 @@ class Runner:
         return Part("", "self.", attributes(job), job, self._engine._memory_skip())
 
     def replace(self, rules: str) -> None:
-        """Lets leaves answer without being run, by rules as JSON; before the first decision."""
+        """Makes leaves answer without being run, by rules as JSON; before the first decision."""
         # A tree of py_trees is code: its author replaces a leaf in it.
         from robocell.task.files import TreeFile
 
         if not isinstance(self._job, TreeFile):
             raise ValueError(
-                "it is no tree in a file (TreeFile), and only leaves of such are replaced"
+                "it is not a tree in a file (TreeFile), and only leaves of such trees are replaced"
             )
         self._rules = rules
         self._job.replace(rules)
@@ -101,7 +101,7 @@ class Runner:
     def decide(self) -> tuple[str, Lines]:
         """One decision; the name of the phase, and lines for the log."""
         check_result(self._job.decide(self._cell), self._decider(), "decide")
-        # Now, so that what cannot be kept is told in the decision that made it so.
+        # Now, so that a value that cannot be kept is reported in the decision that set it.
         self._kept = self._save()
         return self._phase(), self._memory.take_lines()
 
@@ -138,7 +138,7 @@ class Runner:
         return self._memory.save(self._engine._memory_engine(), saved)
 
     def restore(self, state: bytes) -> tuple[str, bool]:
-        """Takes back what :meth:`save` gave, after :meth:`reset`; the name of the phase, and
+        """Restores the value of :meth:`save`, after :meth:`reset`; the name of the phase, and
         whether anything was kept."""
         saved = self._memory.read(state)
         merge = Merge(self._memory, saved)
@@ -202,7 +202,7 @@ _OF_ALL = frozenset({"decide", "reconcile", "save", "restore"})
 
 
 def _check_target(target: Any) -> None:
-    """Refuses what can be no policy, before anything of it is called."""
+    """Refuses objects that cannot be a policy, before any call of them."""
     if not inspect.isclass(target):
         if not callable(target):
             raise Refused("", f"a policy is a class or a function, not {target!r}")

@@ -20,7 +20,7 @@ from robocell.task._memory import Part, Remembers
 
 __all__ = ["Leaf", "Ports", "TreeFile"]
 
-#: What a policy has besides its memory.
+#: Attributes of a policy besides its memory.
 _OWN = frozenset({"_tree", "_nodes", "_leaves", "_shown", "_keys", "_cell"})
 
 
@@ -94,7 +94,7 @@ class TreeFile(Remembers):
 
     #: Path of the tree file.
     file: ClassVar[str] = ""
-    #: By type, what the tree file calls a leaf.
+    #: By type, the name of a leaf in the tree file.
     leaves: ClassVar[Mapping[str, Any]] = {}
 
     def __init__(self, cell: TaskCell) -> None:
@@ -119,7 +119,7 @@ class TreeFile(Remembers):
         self.done = False
 
     def replace(self, rules: str) -> None:
-        """Lets leaves answer without being run, by rules as JSON."""
+        """Makes leaves answer without being run, by rules as JSON."""
         self._tree.replace(rules)
 
     def after(self, cell: TaskCell, status: Status) -> None:
@@ -155,7 +155,7 @@ class TreeFile(Remembers):
         return answer, ports._writes
 
     def _tell(self, cell: TaskCell) -> None:
-        """Traces what changed."""
+        """Traces the changes."""
         core = cell._core
         statuses = self._tree.statuses()
         for index, (before, now) in enumerate(zip(self._shown, statuses, strict=True)):
@@ -195,6 +195,6 @@ def _made(kind: Any) -> Leaf:
     if inspect.isclass(kind):
         made = kind()
         if not isinstance(made, Leaf):
-            raise TypeError(f"{kind.__name__} is no subclass of robocell.task.files.Leaf")
+            raise TypeError(f"{kind.__name__} is not a subclass of robocell.task.files.Leaf")
         return made
     return _Function(kind)

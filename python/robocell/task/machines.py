@@ -14,7 +14,7 @@ from robocell.task._machine import make_machine
 from robocell.task._memory import Part, Remembers
 from robocell.task._refuse import Refused, line_of
 
-#: What every state has; the rest of its attributes is memory.
+#: Attributes of every state; the rest is memory.
 _COMMON = frozenset(vars(State("common"))) | frozenset(vars(NestedState("common")))
 
 

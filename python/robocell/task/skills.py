@@ -1,7 +1,7 @@
 """Building blocks of tasks: the skills of the Rust crate ``robocell-skills``.
 
 Each function returns a skill under way. ``skill.step(arm)`` does one decision of work
-and returns ``RUNNING``, ``SUCCESS`` or ``FAILURE``; ``skill.reset()`` begins it again.
+and returns ``RUNNING``, ``SUCCESS`` or ``FAILURE``; ``skill.reset()`` restarts it.
 A skill is pickled with its progress, so a task that keeps skills in its attributes
 resumes them after a restart. Lengths are in metres, angles in radians, times in
 seconds; positions are in the world frame, quaternions are w x y z. Arguments are called as
@@ -37,7 +37,7 @@ __all__ = [
     "wait",
 ]
 
-#: What a warning about a former name of an argument begins with, as a pattern.
+#: Start of a warning about a former name of an argument, as a pattern.
 FORMER_NAME = r"\w+\(\w+=\) is now "
 
 _Words = ParamSpec("_Words")

@@ -16,17 +16,17 @@ from robocell.task._refuse import Refused, line_of
 _NUMBERS = {Ended.INVALID: 0, Ended.RUNNING: 1, Ended.SUCCESS: 2, Ended.FAILURE: 3}
 _ENDED = {Status.RUNNING: Ended.RUNNING, Status.SUCCESS: Ended.SUCCESS}
 
-#: What every behaviour has; the rest of its attributes is its memory.
+#: Attributes of every behaviour; the rest is its memory.
 _COMMON = frozenset(vars(py_trees.behaviours.Success("common"))) | {
     "current_child",
     "update",
 }
-#: What a policy has besides its memory.
+#: Attributes of a policy besides its memory.
 _OWN = frozenset({"_root", "_tree", "_nodes", "_parents", "_paths", "_shown", "_keys"})
 
 
 class SkillLeaf(py_trees.behaviour.Behaviour):
-    """A leaf that works off a skill with an arm; entered again, it begins the skill."""
+    """A leaf that executes a skill with an arm; entered again, it restarts the skill."""
 
     def __init__(self, name: str, arm: Arm, skill: Skill) -> None:
         super().__init__(name)
@@ -66,7 +66,7 @@ class TreePolicy(Remembers):
     ``robocell bt show --live``. The checkpoint holds the status of each node, the
     attributes of the policy and of behaviours, and the blackboard, as far as they can be
     pickled. After an edit of the file nodes are found by their path of names. A behaviour that
-    has ``setup(**kwargs)`` is given ``cell`` there, once. What ``update`` returns is checked.
+    has ``setup(**kwargs)`` is given ``cell`` there, once. The result of ``update`` is checked.
     Behaviours that read a clock (``Timeout``) make a run unrepeatable.
     """
 
@@ -127,7 +127,7 @@ class TreePolicy(Remembers):
             self._list(child, index, f"{path}/{own}")
 
     def _tell(self, cell: TaskCell) -> None:
-        """Traces what changed."""
+        """Traces the changes."""
         core = cell._core
         for index, node in enumerate(self._nodes):
             now = _NUMBERS[node.status]
@@ -200,7 +200,7 @@ class TreePolicy(Remembers):
         nodes = [by_path.get(path) for path in paths[1:]]
         for node, (status, at) in zip(nodes, engine, strict=False):
             child = nodes[at] if at >= 0 else None
-            # Without the child it was at, a node of an edited tree begins again.
+            # Without the child it was at, a node of an edited tree restarts.
             if node is None or (at >= 0 and child is None):
                 continue
             node.status = by_number[status]

@@ -328,7 +328,7 @@ fn an_object_that_is_out_of_reach_at_the_start_is_a_warning_in_every_mode() {
 fn what_needs_a_running_cell_says_that_there_is_none() {
     for arguments in [
         ["status"].as_slice(),
-        &["top", "--once"],
+        &["top"],
         &["down"],
         &["pause"],
         &["resume"],
@@ -408,7 +408,6 @@ fn a_file_argument_that_does_not_end_is_refused() {
     let outputs = [
         ["eval", "cube", "--seeds", "1", "--out"].as_slice(),
         &["eval", "report", &at("rows"), "--html"],
-        &["eval", "merge", &at("rows"), "--out"],
     ];
     std::fs::write(at("rows"), "").unwrap();
     for output in outputs {

@@ -172,7 +172,7 @@ fn a_running_tree_is_printed_with_its_statuses() {
     });
     assert!(frame.lines().count() >= 26, "{frame}");
     let top = wait_for("the active node", || {
-        let said = cell.ask(&["top", "--once"]);
+        let said = cell.ask(&["top"]);
         said.stdout.contains("active: ").then_some(said.stdout)
     });
     assert!(top.contains("bt: running"), "{top}");

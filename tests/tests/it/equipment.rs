@@ -62,7 +62,7 @@ fn a_cell_without_equipment_says_so_when_it_is_asked_for() {
     cell.wait_up();
     refused(&cell.ask(&["drop-parts"]), 3, &["no dispenser"]);
     refused(&cell.ask(&["add-bin", "--flipped"]), 3, &["no conveyor"]);
-    let frame = cell.ask(&["top", "--once"]);
+    let frame = cell.ask(&["top"]);
     assert_eq!(frame.code, 0, "{frame:?}");
     assert!(!frame.stdout.contains("equipment"), "{}", frame.stdout);
 }
@@ -144,7 +144,7 @@ fn top_shows_the_equipment_the_suction_and_what_was_said_before() {
     cell.wait_status("the end of the steps", |status| {
         status["paused"] == true && status["sim_time_s"].as_f64() > Some(8.99)
     });
-    let frame = cell.ask(&["top", "--once"]);
+    let frame = cell.ask(&["top"]);
     assert_eq!(frame.code, 0, "{frame:?}");
     for words in [
         "PAUSED",

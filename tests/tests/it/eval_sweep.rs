@@ -173,7 +173,7 @@ fn a_number_that_the_cell_does_not_take_is_refused_before_anything_runs() {
             "object.cube.mass_kg=0.1,-1",
             "object.0.mass_kg is -1; ",
         ),
-        ("--set", "description=4", "description is no number"),
+        ("--set", "description=4", "description is not a number"),
         ("--vary", "object.cube.mass_kg=0.2..0.1", "LOW below HIGH"),
         ("--vary", "object.*.mas_kg=0.1..0.2", "unknown key 'mas_kg'"),
     ] {

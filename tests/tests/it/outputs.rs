@@ -105,11 +105,9 @@ fn outputs_about_a_cell_fit_their_schemas() {
         refused.code == 3 && refused.stderr.contains("exists"),
         "{refused:?}"
     );
-    let again = ["record", "last", "3s", &file, "--force", "--json"];
-    let again = ask("record", &again);
-    assert_eq!(again.json()["file"], file.as_str(), "{again:?}");
+    assert_eq!(record.json()["file"], file.as_str(), "{record:?}");
     assert!(
-        again.json()["message"]
+        record.json()["message"]
             .as_str()
             .is_some_and(|said| said.contains(&file))
     );

@@ -65,14 +65,18 @@ fn what_is_no_leaf_is_refused_before_anything_starts() {
         (
             "json",
             "gras=success",
-            "there is no leaf 'gras'; did you mean 'grasp'?",
+            "unknown leaf 'gras'; did you mean 'grasp'?",
         ),
         (
             "json",
             "deliver=success",
             "'deliver' is a Sequence, only leaves are replaced",
         ),
-        ("ifelse", "grasp=success", "policy 'ifelse': it is no tree"),
+        (
+            "ifelse",
+            "grasp=success",
+            "policy 'ifelse': it is not a tree",
+        ),
         ("json", "grasp=ok", "write NODE=success, NODE=failure"),
         ("json", "no.jsonl", "no.jsonl"),
     ] {

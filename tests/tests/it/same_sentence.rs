@@ -56,7 +56,7 @@ const INPUTS: [Input; 12] = [
     },
     Input {
         policy: Some("jsno"),
-        sentence: "there is no policy 'jsno' for demo 'cube'; did you mean 'json'?",
+        sentence: "unknown policy 'jsno' for demo 'cube'; did you mean 'json'?",
         ..NONE
     },
     Input {
@@ -66,13 +66,13 @@ const INPUTS: [Input; 12] = [
             "object = \"cub\", above_m = 0.1 },",
         ),
         policy: Some("table"),
-        sentence: "cube.machine.toml:12:12: MoveTo: there is no object 'cub'; did you mean 'cube'?",
+        sentence: "cube.machine.toml:12:12: MoveTo: unknown object 'cub'; did you mean 'cube'?",
         ..NONE
     },
     Input {
         edit: ("cells/cube/cube.tree.json", "\"Holding\"", "\"Holdin\""),
         policy: Some("json"),
-        sentence: "cube.tree.json:21:36: there is no node type 'Holdin'; did you mean 'Holding'?",
+        sentence: "cube.tree.json:21:36: unknown node type 'Holdin'; did you mean 'Holding'?",
         ..NONE
     },
     Input {
@@ -114,7 +114,7 @@ const INPUTS: [Input; 12] = [
     Input {
         edit: ("cells/cube.toml", "name = \"table\"", "name = \"board\""),
         set: Some("fixture.table.friction=0.5"),
-        sentence: "fixture.table.friction is no key of this cell; fixture: known are: board",
+        sentence: "fixture.table.friction is not a key of this cell; fixture: known are: board",
         ..NONE
     },
     Input {
@@ -126,7 +126,7 @@ const INPUTS: [Input; 12] = [
     Input {
         python: Some("cell.arm.do(skills.pick('cubee'))"),
         page: Page::Restart,
-        sentence: "task.py:7: in decide: ValueError: there is no object 'cubee'; did you mean 'cube'?",
+        sentence: "task.py:7: in decide: ValueError: unknown object 'cubee'; did you mean 'cube'?",
         ..NONE
     },
     Input {

@@ -28,7 +28,7 @@ fn a_cell_comes_up_answers_and_goes_down_without_a_trace() {
     let prefix = prefix(&cell.run_dir());
     assert!(!segments(&prefix).is_empty());
 
-    let frame = cell.ask(&["top", "--once"]);
+    let frame = cell.ask(&["top"]);
     assert!(
         NAMES.iter().all(|name| frame.stdout.contains(name)),
         "{frame:?}"
@@ -155,8 +155,7 @@ fn children_end_with_a_launcher_that_was_killed_and_the_next_start_is_clean() {
     });
     let said = std::fs::read_to_string(cell.base().join("stderr")).unwrap();
     assert_eq!(
-        said.matches("removed what a run that crashed had left")
-            .count(),
+        said.matches("removed leftovers of a crashed run").count(),
         1,
         "{said}"
     );

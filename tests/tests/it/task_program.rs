@@ -233,7 +233,7 @@ fn that_was_built_anew_and_remembers_something_else_starts_without_a_checkpoint(
 #[test]
 fn the_guide_quotes_the_example_that_is_built_and_run() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let guide = std::fs::read_to_string(root.join("docs/your-own-cell.md")).unwrap();
+    let guide = std::fs::read_to_string(root.join("docs/task-in-rust.md")).unwrap();
     let code = root.join("crates/cell/task-program/examples/circle.rs");
     assert!(guide.contains(&std::fs::read_to_string(code).unwrap()));
 }

@@ -21,7 +21,7 @@ fn a_result_on_a_full_disk_is_a_failure_of_every_command() {
         "completions bash",
         "status",
         "status --json",
-        "top --once",
+        "top",
         "top --json",
         "fsm show --live",
         "--help",

@@ -96,12 +96,12 @@ impl Cut for ipc_types::TraceLine {}
 const _: () = assert!(
     offset_of!(WorldPiece, objects) + ipc_types::tap::PIECE_OBJECTS * size_of::<PieceObject>()
         == size_of::<WorldPiece>(),
-    "what is cut is at the end"
+    "only the end of a piece is cut"
 );
 
 /// The bytes of `message` that are recorded.
 pub fn wire_bytes<T: Cut>(message: &T) -> &[u8] {
-    const { assert!(size_of::<T>() <= MAX_BYTES, "what is packed would be cut") };
+    const { assert!(size_of::<T>() <= MAX_BYTES, "a packed message would be cut") };
     let bytes = message.as_bytes();
     bytes.get(..message.used()).unwrap_or(bytes)
 }

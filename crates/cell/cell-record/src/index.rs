@@ -146,7 +146,7 @@ impl Scan {
         }
         let magic = self.array::<8>().ok();
         if magic.is_none_or(|magic| magic != *mcap::MAGIC) {
-            return Err(refuse("it is no MCAP file"));
+            return Err(refuse("it is not an MCAP file"));
         }
         let header = self.header();
         let header = header.map_err(|_| refuse("it ends in its header"))?;

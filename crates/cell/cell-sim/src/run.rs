@@ -67,7 +67,7 @@ pub fn to_the_end_unless(
         let time_s = summary.sim_time_s;
         let paused = format!(
             "the script paused the cell at {time_s:.3} s, and a run in one process has no \
-             operator who resumes it"
+             operator to resume it"
         );
         on_said(Said::Warning(&paused));
         summary.message.get_or_insert(paused);

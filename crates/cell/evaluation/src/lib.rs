@@ -43,8 +43,8 @@ pub enum EvaluationError {
     },
     /// It was begun by another command.
     #[error(
-        "{path}: begun with another {what} ({found}, now {wanted}); repeat the command it was \
-         begun with, or name another file with `--out`", path = path.display()
+        "{path}: started with another {what} ({found}, now {wanted}); repeat the command that \
+         started it, or name another file with `--out`", path = path.display()
     )]
     Other {
         /// The file.

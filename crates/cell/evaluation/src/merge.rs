@@ -252,7 +252,7 @@ fn check_order(
         ));
     } else if before > key {
         problems.add(format!(
-            "{place}: {key} comes after {before}: the file is not finished; repeat the command \
+            "{place}: {key} follows {before}: the file is not finished; repeat the command \
              that wrote it, which resumes"
         ));
     } else if between == 2 {

@@ -30,7 +30,7 @@ impl RowsFile {
     /// Opens the file at `path` for the rows of `plan`, or begins it.
     ///
     /// # Errors
-    /// Where it cannot be written, another process writes it, or it was begun with another plan.
+    /// Where it cannot be written, another process writes it, or it was started with another plan.
     pub fn open(path: &Path, plan: &Plan) -> Result<Self, EvaluationError> {
         let info_path = info::path_of(path);
         for path in [path, &info_path] {
@@ -186,7 +186,7 @@ impl RowsFile {
             } else if !plan.variants().contains(&row.variant) {
                 "of a variant that is not of this evaluation"
             } else if !done.insert(row.key()) {
-                "of an episode that came before"
+                "of an earlier episode"
             } else {
                 return Ok(());
             };
@@ -204,7 +204,7 @@ impl RowsFile {
             return Err(EvaluationError::Line {
                 path,
                 line: number + 1,
-                reason: "the line has no end, and no evaluation has begun this file; name \
+                reason: "the line has no end, and no evaluation has started this file; name \
                          another one"
                     .to_owned(),
             });

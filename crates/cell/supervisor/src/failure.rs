@@ -55,7 +55,7 @@ impl Failure {
     /// Nothing runs.
     pub fn not_running(cell: &str) -> Self {
         let message = format!(
-            "no cell `{cell}` is running; `robocell run DEMO --cell {cell}` starts one, `robocell list` shows what runs"
+            "no cell `{cell}` is running; `robocell run DEMO --cell {cell}` starts one, `robocell list` shows the running cells"
         );
         Self {
             code: Code::NotRunning,

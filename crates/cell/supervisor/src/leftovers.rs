@@ -112,7 +112,7 @@ pub(crate) fn wipe(dir: &RunDir) -> Result<Option<String>, Failure> {
         return Ok(None);
     }
     Ok(Some(format!(
-        "removed what a run that crashed had left in {}: {found}",
+        "removed leftovers of a crashed run in {}: {found}",
         dir.path().display()
     )))
 }

@@ -30,7 +30,7 @@ pub const DEFAULT_CELL: &str = "cell";
 const MARKER: &str = ".robocell";
 /// What is in it.
 const MARKED: &str =
-    "A run directory of robocell; the next run of this cell deletes what is in it.\n";
+    "A run directory of robocell; the next run of this cell deletes its content.\n";
 /// What a run directory holds before it is marked, and keeps when it is emptied.
 pub(crate) const KEPT: [&str; 2] = [MARKER, "lock"];
 
@@ -209,7 +209,7 @@ impl RunDir {
         let show = self.path.display();
         let refuse = |why: String| {
             Err(Failure::configuration(format!(
-                "{show} {why}; a run would delete what is in it: remove it, choose another name \
+                "{show} {why}; a run would delete its content: remove it, choose another name \
                  with `--cell`, or set {ENV_RUN_DIR} to another directory"
             )))
         };
@@ -236,7 +236,7 @@ impl RunDir {
             return Ok(());
         }
         refuse(format!(
-            "is no run directory of robocell: it has no file `{MARKER}` of ours"
+            "is not a run directory of robocell: it has no file `{MARKER}` of ours"
         ))
     }
 

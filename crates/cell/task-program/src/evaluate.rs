@@ -239,7 +239,7 @@ fn warn_of_inputs(program: &Program, spec: &RunSpec, cell: &Cell) -> Result<(), 
 
 fn seeds(text: &str) -> Result<RangeInclusive<u64>, String> {
     // `1..50` is inclusive here, and `1..=50`, as Rust writes it, means the same.
-    let hint = || format!("{text:?} is no range of seeds; write 1..50");
+    let hint = || format!("{text:?} is not a range of seeds; write 1..50");
     let (first, last) = text.split_once("..").ok_or_else(hint)?;
     let last = last.strip_prefix('=').unwrap_or(last);
     let parse = |part: &str| part.parse::<u64>().map_err(|_not_a_number| hint());

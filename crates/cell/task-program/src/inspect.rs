@@ -123,7 +123,7 @@ pub fn schema(program: &Program, what: &str) -> Result<serde_json::Value, Inspec
         "machine" => Ok(behavior::machine::schema()),
         "cell" => Ok(program.policies.cell_schema()),
         _ => Err(InspectError::Behaviour(format!(
-            "there is no schema of '{what}'; there are tree, machine and cell"
+            "unknown schema '{what}'; known are tree, machine and cell"
         ))),
     }
 }

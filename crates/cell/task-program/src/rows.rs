@@ -168,7 +168,7 @@ impl State {
         self.failed += u64::from(row.outcome != RowOutcome::Done);
         #[allow(
             clippy::disallowed_methods,
-            reason = "for people, who know the calendar; no episode depends on it"
+            reason = "for people; no episode depends on it"
         )]
         // Time and host are in the side file, so that rows depend on inputs alone (ADR 0023).
         let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);

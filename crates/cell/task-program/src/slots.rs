@@ -145,7 +145,7 @@ impl Slots {
     pub fn miss_checkpoint(&mut self) {
         // A damaged file is the reason already, and a checkpoint means that there was one.
         if self.damage.is_empty() && self.file.newest().is_none() {
-            "the checkpoint of the task before; it decides from what it observes"
+            "the checkpoint of the task before; this task decides from its observations"
                 .clone_into(&mut self.damage);
             cell_worker::warn(format_args!("lost: {}", self.damage));
         }

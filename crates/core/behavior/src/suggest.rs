@@ -29,7 +29,7 @@ pub fn advice(name: &str, known: &[&str]) -> String {
         return format!("did you mean '{near}'?");
     }
     match known {
-        [] => "there is none to choose from".to_owned(),
+        [] => "none are known".to_owned(),
         _ => format!("known are: {}", known.join(", ")),
     }
 }

@@ -87,7 +87,7 @@ pub enum PlanError {
     /// Start or goal has another number of joints, or a position that is not finite or
     /// outside of the limits of its joint.
     #[error(
-        "the {what} is no configuration of the arm: joint {joint} is at {position}; a finite position within the limits of each joint is needed"
+        "the {what} is not a configuration of the arm: joint {joint} is at {position}; a finite position within the limits of each joint is needed"
     )]
     Configuration {
         /// `start` or `goal`.

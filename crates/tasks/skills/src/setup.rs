@@ -202,7 +202,7 @@ fn need(
 ) -> Result<usize, SetupError> {
     found.ok_or_else(|| {
         let advice = suggest::advice(name, known);
-        SetupError::new(cell, format!("there is no {what} '{name}'; {advice}"))
+        SetupError::new(cell, format!("unknown {what} '{name}'; {advice}"))
     })
 }
 

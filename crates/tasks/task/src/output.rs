@@ -366,7 +366,7 @@ mod tests {
     #[test]
     fn a_long_fault_is_continued_and_told_in_full() {
         let mut out = Output::default();
-        let sentence = format!("{}ß: there is no object 'redcube'", "x/".repeat(LINE_BYTES));
+        let sentence = format!("{}ß: unknown object 'redcube'", "x/".repeat(LINE_BYTES));
         out.event(TraceEvent::Fault, format_args!("[fault] {sentence}"));
         assert_eq!(out.message(), Some(sentence.as_str()));
         assert_eq!(out.lines[0].event, TraceEvent::Fault);

@@ -113,7 +113,7 @@ pub trait AnyPolicy: Send {
     /// # Errors
     /// Why a rule cannot apply: it names no leaf, or the policy has no tree.
     fn replace(&mut self, _rules: &[Replace]) -> Result<(), String> {
-        Err("it is no tree, and only leaves of trees are replaced".to_owned())
+        Err("it is not a tree, and only leaves of trees are replaced".to_owned())
     }
 
     /// One decision; see [`Policy::decide`].

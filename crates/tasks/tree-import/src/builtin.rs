@@ -205,7 +205,7 @@ impl Translator<'_> {
         let unknown: Vec<&str> = names.filter(|n| !own(n) && !known.contains(n)).collect();
         for attribute in &unknown {
             let advice = suggest::advice(attribute, known);
-            self.refuse(element, format!("there is no port '{attribute}'; {advice}"));
+            self.refuse(element, format!("unknown port '{attribute}'; {advice}"));
         }
         unknown.is_empty()
     }
@@ -247,7 +247,7 @@ impl Translator<'_> {
         let skips = parts.iter().all(|part| part.skips);
         if skips && skip != own {
             let why = "all its children may be skipped, and it with them: the node around it has \
-                       no answer that stands for that";
+                       no answer for that";
             self.refuse(element, why);
             return None;
         }

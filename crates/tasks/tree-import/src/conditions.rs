@@ -86,7 +86,7 @@ impl Translator<'_> {
         // treats it, so a parent that treats it as neither makes the tree refused (ADR 0027).
         if around.may_skip() && skip == Skip::Never {
             let why = "_skipIf and _while need a Sequence or Fallback around the node: no answer \
-                       stands for 'skipped' here";
+                       means 'skipped' here";
             self.refuse(element, why);
             return None;
         }

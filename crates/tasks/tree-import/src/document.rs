@@ -149,7 +149,7 @@ impl Reader<'_> {
                 other => {
                     let known = ["include", "BehaviorTree", "TreeNodesModel"];
                     let advice = suggest::advice(other, &known);
-                    let message = format!("there is no <{other}> in <root>; {advice}");
+                    let message = format!("<{other}> is not allowed in <root>; {advice}");
                     self.errors.push(&child.file, child.place, message);
                 }
             }
@@ -239,7 +239,7 @@ impl Reader<'_> {
             .get("ID")
             .map_or_else(|| format!("BehaviorTree_{count}"), str::to_owned);
         if self.project.trees.iter().any(|(known, _)| *known == name) {
-            let message = format!("the BehaviorTree '{name}' is there twice; keep one of them");
+            let message = format!("the BehaviorTree '{name}' is defined twice; keep one of them");
             return self.errors.push(file, place, message);
         }
         match element.children.as_slice() {
@@ -290,11 +290,11 @@ impl Reader<'_> {
         let chosen = match (asked, known.as_slice()) {
             (Some(asked), _) if known.contains(&asked) => Ok(asked.to_owned()),
             (Some(asked), _) => Err(format!(
-                "there is no BehaviorTree '{asked}' to execute; {}",
+                "unknown BehaviorTree '{asked}'; {}",
                 suggest::advice(asked, &known)
             )),
             (None, [only]) => Ok((*only).to_owned()),
-            (None, []) => Err("there is no <BehaviorTree> in this file".to_owned()),
+            (None, []) => Err("this file has no <BehaviorTree>".to_owned()),
             (None, several) => Err(format!(
                 "the tree to execute is not named; `--tree NAME` names it, or main_tree_to_execute in \
                  <root>: {}",

@@ -28,10 +28,7 @@ impl Translator<'_> {
                 .map(|(tree, _)| tree.as_str())
                 .collect();
             let advice = suggest::advice(name, &known);
-            self.refuse(
-                element,
-                format!("there is no BehaviorTree '{name}'; {advice}"),
-            );
+            self.refuse(element, format!("unknown BehaviorTree '{name}'; {advice}"));
             return None;
         };
         // Translated trees are found in `trees`; only those that are not complete are `open`.

@@ -51,7 +51,7 @@ pub(super) fn page() -> Check {
     let found = found.filter(|found| !found.is_empty());
     let fine = found.as_deref() == Some("built in");
     let found = found.unwrap_or_else(|| "unknown".to_owned());
-    let cost = "there is nothing to look at; cells run (`--headless`)";
+    let cost = "no page is served; cells run (`--headless`)";
     let fix = "install a release, or build from a checkout with Node.js";
     Check::new("page", fine, Severity::Warn, found, (cost, fix))
 }
@@ -78,7 +78,7 @@ pub(super) fn governor() -> Check {
             Severity::Warn,
             format!("{governor} ({} of {} cores)", slow.len(), governors.len()),
             (
-                "a cycle begins with a slow clock: up to some 100 us late",
+                "a cycle starts at a slow clock: up to some 100 us late",
                 "sudo cpupower frequency-set -g performance",
             ),
         ),

@@ -113,12 +113,12 @@ impl Names {
             _ if state.supply_refusals == 0 => String::new(),
             Some(SupplyRefusal::NoneLeft) => ", the last as none is left".to_owned(),
             Some(SupplyRefusal::TooManyWaiting) => ", the last as enough wait".to_owned(),
-            Some(SupplyRefusal::CoolDown) => ", the last as one just came".to_owned(),
+            Some(SupplyRefusal::CoolDown) => ", the last as one had just arrived".to_owned(),
             Some(SupplyRefusal::PlaceTaken) => ", the last as its place was taken".to_owned(),
             Some(SupplyRefusal::None) | None => String::new(),
         };
         format!(
-            "belt       {runs}; bins: {} came, {} refused{why}",
+            "belt       {runs}; bins: {} arrived, {} refused{why}",
             state.bins_supplied, state.supply_refusals
         )
     }
@@ -149,8 +149,8 @@ mod tests {
         (state.conveyor_speed, state.bins_supplied) = (0.3, 2);
         (state.parts_dropped, state.parts_waiting) = (12, 3);
         for (demo, words) in [
-            ("ur10-palletize", "runs at 0.30 m/s; bins: 2 came"),
-            ("ur10-bin-stack", "runs at 0.30 m/s; bins: 2 came"),
+            ("ur10-palletize", "runs at 0.30 m/s; bins: 2 arrived"),
+            ("ur10-bin-stack", "runs at 0.30 m/s; bins: 2 arrived"),
             ("ur10-fill-bin", "12 parts dropped, 3 still to fall"),
         ] {
             let names = names(demo);

@@ -15,8 +15,9 @@ pub(super) fn cell_of(
     data_dir: Option<&Path>,
     robot: Option<&RobotFiles>,
 ) -> Result<Cell, Failure> {
-    let mut cell = load(data_dir, &args.demo, args.seed, robot, &args.set)?;
-    args.bins
+    let mut cell = load(data_dir, &args.demo, args.scene.seed, robot, &args.set)?;
+    args.job
+        .bins
         .map_or(Ok(()), |bins| cell.limit_bins(bins))
         .map_err(Failure::configuration)?;
     Ok(cell)
@@ -32,8 +33,8 @@ pub(super) fn check_one_process(
     for (arm, program) in others.filter(|(_, program)| program.is_some()) {
         if program.as_deref() != task {
             return Err(Failure::configuration(format!(
-                "arm '{}' is moved by a program of its own; --one-process needs a task program \
-                 that brings the same controllers",
+                "arm '{}' is moved by its own program; --one-process needs a task program that \
+                 has the same controllers",
                 arm.name
             )));
         }

@@ -38,12 +38,16 @@ impl Inputs {
         let robot = robot_files(&args.robot)?;
         let cell = cell_of(args, data_dir.as_deref(), robot.as_ref())?;
         check_control(&cell)?;
-        let program = task_program::of_cell(args.data.task.as_deref(), &cell, data_dir.as_deref())?;
+        let program = task_program::of_cell(
+            args.data.program.task.as_deref(),
+            &cell,
+            data_dir.as_deref(),
+        )?;
         let controllers = task_program::of_arms(&cell, data_dir.as_deref())?;
         if args.one_process {
             check_one_process(&cell, program.as_deref(), &controllers)?;
         }
-        let replace = of_arguments(&args.replace).map_err(Failure::configuration)?;
+        let replace = of_arguments(&args.job.replace).map_err(Failure::configuration)?;
         let files = (data_dir.as_deref(), &*args.set, &*replace);
         let (policy, drawing) = policy_of(args, &cell, files, program.as_deref())?;
         let script = script_of(args, &cell)?;
@@ -64,7 +68,7 @@ impl Inputs {
 
 /// The lines of the script, if there is one.
 fn script_of(args: &RunArgs, cell: &Cell) -> Result<Vec<ScriptLine>, Failure> {
-    let Some(path) = &args.script else {
+    let Some(path) = &args.job.script else {
         return Ok(Vec::new());
     };
     let file = path.display().to_string();

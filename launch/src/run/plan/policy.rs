@@ -20,7 +20,7 @@ pub(super) fn policy_of(
     files: task_program::Files<'_>,
     program: Option<&Path>,
 ) -> Result<(String, String), Failure> {
-    let policy = policy_name(args.policy.as_deref(), cell, program)?;
+    let policy = policy_name(args.scene.policy.as_deref(), cell, program)?;
     let drawing = task_program::check_policy(program, &args.demo, &policy, files)?;
     Ok((policy, drawing))
 }

@@ -77,7 +77,7 @@ function gripper(context: PanelContext, cell: () => string | null): ButtonSpec {
 /** Why arm and gripper cannot be led by hand now, or null. */
 export function handRefusal(context: PanelContext): string | null {
   const { snapshot, store } = context;
-  if (!snapshot) return "there is no state yet";
+  if (!snapshot) return "no state yet";
   const led = store.hello?.run.policy === "follow" || context.flag(FLAG.taskPaused);
   return led ? null : "the task leads the arm: pause the task first";
 }

@@ -113,7 +113,7 @@ export class PanelContext {
   cellRefusal(): string | null {
     const refusal = this.refusal();
     if (refusal !== null) return refusal;
-    if (this.store.hello?.live === false) return "this is a recording: there is no cell to move";
+    if (this.store.hello?.live === false) return "this is a recording: nothing can be moved";
     if (this.flag(FLAG.notLive)) return "you look at the past: press Live first";
     return null;
   }

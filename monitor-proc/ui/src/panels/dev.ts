@@ -60,7 +60,7 @@ function status(placed: string[], phase: string): Status {
   const process = (name: string, rate: number, late: number, note = "") => ({
     name, state: "running" as const, pid: 4711, generation: name === "task" ? 3 : 1, scheduling: "fifo 60", rate_hz: rate,
     late_p50_us: late / 3, late_p99_us: late, late_max_us: 9 * late, body_p50_us: 140, body_p99_us: 310,
-    missed: note === "" ? 0 : 3, missed_why: note === "" ? "" : "the last 3 at 41.2 s: physics began 3.1 ms late", rejected: 0, fenced: 0, note: "",
+    missed: note === "" ? 0 : 3, missed_why: note === "" ? "" : "the last 3 at 41.2 s: physics started 3.1 ms late", rejected: 0, fenced: 0, note: "",
   });
   return {
     processes: [process("physics", 1000, 62), process("controller", 1000, 88, "3 cycles missed at 41.2 s: state came late"), process("task", 100, 140), process("monitor", 60, 900)],

@@ -29,7 +29,7 @@ const KEYS: Entries = [
   ["G", "open or close the gripper (task paused, or reach)"],
   ["T, E", "arrows at the tool: move, turn the target"],
   ["1 to 5", "view: cell, top, front, side, tool"],
-  ["Esc", "let go; close the guide, a sheet, a drawer"],
+  ["Esc", "release; close the guide, a sheet, a drawer"],
   ["← →", "on the timeline: 0.1 s, with Shift 1 s; on tabs: next"],
   ["Page ↑ ↓", "on the timeline: 5 s"],
   ["B", "breakpoint at the node that has the focus"],
@@ -44,11 +44,11 @@ const COMMANDS: Entries = [
   ["robocell joints A1 A2 …", "each joint of the arm (task paused)"],
   ["robocell gripper open, close", "the gripper"],
   ["robocell drag red_cube --to 0.5 0.2 0.1", "pull an object"],
-  ["robocell break LIFT", "pause where the task gets there"],
+  ["robocell break LIFT", "pause when the task gets there"],
   ["robocell restart task", "stop a process and start it again"],
   ["robocell load franka-stack --seed 7", "another scene"],
-  ["robocell record last 60s", "keep what just happened"],
-  ["robocell incident 3", "what was kept of a failure"],
+  ["robocell record last 60s", "keep the last minute"],
+  ["robocell incident 3", "show a kept failure"],
   ["robocell top", "all of this in the terminal"],
 ];
 

@@ -171,5 +171,5 @@ fn a_message_of_another_version_and_a_file_of_somebody_else_are_refused() {
     let text = dir.path().join("text.mcap");
     std::fs::write(&text, "not a recording at all").unwrap();
     let why = Recording::open(&text).err().unwrap().to_string();
-    assert!(why.contains("no MCAP"), "{why}");
+    assert!(why.contains("not an MCAP"), "{why}");
 }

@@ -30,7 +30,7 @@ fn main() -> ExitCode {
         "ur10-palletize" | "ur10-bin-stack" => stack::series(demo, seeds),
         _ => {
             println!(
-                "there is no series of '{demo}'; there are ur10-palletize, ur10-bin-stack and ur10-fill-bin"
+                "'{demo}' has no series; there are ur10-palletize, ur10-bin-stack and ur10-fill-bin"
             );
             false
         }

@@ -239,7 +239,7 @@ impl std::fmt::Display for Report {
                 "NOTHING COMPARED: the recording holds no state record with the messages after it; \
                  record for longer than a second"
             ),
-            _ => write!(f, "SAME: every bit of what was compared"),
+            _ => write!(f, "SAME: all compared bits"),
         }
     }
 }

@@ -95,7 +95,7 @@ const CUBES: [(&str, [f64; 2]); 3] = [
 ];
 
 /// One cube after the other: it is on the tower, or it is brought there. Then the
-/// tower is full, or all starts again. It is the recipe of docs/your-own-cell.md.
+/// tower is full, or all starts again. It is the recipe of docs/task-in-a-file.md.
 fn tower() -> String {
     let one = |name: &str| {
         format!(

@@ -157,7 +157,7 @@ fn a_finished_stack_that_is_disturbed_while_the_other_arm_works_is_built_again()
     let ticks = undisturbed.sim.state().header.tick as f64;
     // Just before the other arm is done.
     let run = Run::new(1, &line(cube, away, ticks * 1.0e-3 - 2.0)).finish();
-    assert_eq!(run.count("what it did was undone"), 1, "{:#?}", run.lines);
+    assert_eq!(run.count("its result was undone"), 1, "{:#?}", run.lines);
 }
 
 #[test]

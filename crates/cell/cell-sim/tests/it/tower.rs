@@ -1,4 +1,4 @@
-//! A policy of the user's own for several objects, as in docs/your-own-cell.md.
+//! A policy of the user's own for several objects, as in docs/task-in-rust.md.
 
 use std::sync::Arc;
 
@@ -118,12 +118,12 @@ fn a_policy_made_of_pick_and_place_tidies_every_object() {
 
 #[test]
 fn the_guide_quotes_the_policy() {
-    let docs = std::fs::read_to_string(Data::checkout_dir().join("docs/your-own-cell.md")).unwrap();
+    let docs = std::fs::read_to_string(Data::checkout_dir().join("docs/task-in-rust.md")).unwrap();
     let own = include_str!("tower.rs");
     let policy = own.split("/// Every object goes to").nth(1).unwrap();
     let policy = policy.split("\nfn policies").next().unwrap().trim_end();
     assert!(
         docs.contains(policy),
-        "docs/your-own-cell.md shows another policy"
+        "docs/task-in-rust.md shows another policy"
     );
 }

@@ -131,7 +131,7 @@ fn shards_of_a_sweep_merge_to_the_bytes_of_an_unsharded_run() {
     fs::write(&whole, format!("{text}{text}")).unwrap();
     let error = merged(&[whole]).unwrap_err().to_string();
     assert!(
-        error.contains("seed 1, variant 1 comes after seed 7, variant 3"),
+        error.contains("seed 1, variant 1 follows seed 7, variant 3"),
         "{error}"
     );
 }

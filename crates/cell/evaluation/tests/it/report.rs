@@ -103,7 +103,7 @@ fn a_report_has_rate_interval_reasons_and_times() {
 fn a_report_tells_of_each_reason_the_first_seed_with_its_sentence() {
     let dir = TempDir::new().unwrap();
     let file = write(dir.path(), "a.jsonl", 0..20, |seed| seed % 10 == 7);
-    let sentence = "task.py:13: in decide: KeyError: there is no object 'redcube'";
+    let sentence = "task.py:13: in decide: KeyError: unknown object 'redcube'";
     let text = fs::read_to_string(&file).unwrap();
     let told = text.replace(
         "\"message\":\"lost\"",

@@ -87,7 +87,7 @@ fn look(path: &Path, reported: &mut Vec<PathBuf>) {
         )),
         Err(error) => say::warn(format_args!(
             "the log of {name} is long, and its file system cannot give back its older half \
-             ({error}): it begins again whenever it has {} MB",
+             ({error}): it is emptied whenever it has {} MB",
             FULL / 1_000_000
         )),
     }

@@ -59,7 +59,7 @@ pub enum Scene {
 pub fn title(spec: &RunSpec) -> String {
     let speed = match spec.speed {
         Speed::RealTime => "real time".to_owned(),
-        Speed::Max => "lockstep, as fast as it goes".to_owned(),
+        Speed::Max => "lockstep, as fast as possible".to_owned(),
         Speed::Factor(factor) => format!("lockstep, {factor} times real time"),
     };
     format!(

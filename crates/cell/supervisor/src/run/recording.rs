@@ -33,7 +33,7 @@ impl RecordWatch {
         let mut report = report.unwrap_or_default();
         if !is_closed && let Some(file) = &spec.file {
             let why = format!(
-                "the recorder ended before it closed {}; what it had written can be read",
+                "the recorder ended before it closed {}; the part that it wrote can be read",
                 file.display()
             );
             report.error.get_or_insert(why);

@@ -60,7 +60,7 @@ pub(super) fn consider(
 
 fn take_over(plan: &mut Plan, process: &str, policy: &str) -> Result<(), Failure> {
     if process != "task" {
-        let message = "--policy goes with `restart task` only";
+        let message = "--policy is for `restart task` only";
         return Err(Failure::configuration(message));
     }
     plan.spec.policy = choose(Some(policy), &plan.policies, "", &plan.spec.demo)?;

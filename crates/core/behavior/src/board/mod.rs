@@ -63,7 +63,7 @@ pub enum Fault {
     #[error("a blackboard key was read before it was written; give it a default")]
     Unset(Slot),
     /// The value is of another type or length than the port.
-    #[error("a blackboard key holds {found}, not what the port needs")]
+    #[error("a blackboard key holds {found}, which the port cannot use")]
     Type {
         /// The key.
         slot: Slot,

@@ -46,7 +46,7 @@ pub struct KeyInfo {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BoardError {
     /// The key is not declared.
-    #[error("there is no blackboard key '{key}'; {advice}")]
+    #[error("unknown blackboard key '{key}'; {advice}")]
     Unknown {
         /// The key.
         key: String,

@@ -14,10 +14,10 @@ const BEGINNING: usize = 3;
 /// Number of names in a list.
 const LISTED: usize = 40;
 
-/// `there is no WHAT 'NAME'; did you mean ...`.
+/// `unknown WHAT 'NAME'; did you mean ...`.
 pub(super) fn unknown(what: &str, name: &str, known: &[&str]) -> String {
     let advice = advice(name, known);
-    format!("there is no {what} '{}'; {advice}", shortened(name))
+    format!("unknown {what} '{}'; {advice}", shortened(name))
 }
 
 /// The nearest known name, or the list of known names.
@@ -37,7 +37,7 @@ pub(crate) fn advice(name: &str, known: &[&str]) -> String {
     }
     let listed: Vec<String> = known.iter().take(LISTED).map(|k| shortened(k)).collect();
     match known.len() {
-        0 => "there is none to choose from".to_owned(),
+        0 => "none are known".to_owned(),
         count if count > LISTED => format!("known are: {}, ...", listed.join(", ")),
         _ => format!("known are: {}", listed.join(", ")),
     }

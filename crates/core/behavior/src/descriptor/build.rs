@@ -298,11 +298,8 @@ impl<'a, H: Host> Builder<'a, H> {
             return None;
         };
         let Some(ports) = &site.ports else {
-            self.errors.push(
-                file,
-                place,
-                "only within a subtree is there a port to take a value from",
-            );
+            self.errors
+                .push(file, place, "only a subtree has ports to take a value from");
             return None;
         };
         let Some((found, binding)) = ports.get(name) else {

@@ -26,7 +26,7 @@ const NAMES: &[(&str, &str)] = &[
     ),
     (
         "RoundRobin",
-        "there is no counterpart; a Selector asks its children in order",
+        "no counterpart; a Selector asks its children in order",
     ),
     ("ParallelAll", "write Parallel"),
     (
@@ -61,7 +61,7 @@ const NAMES: &[(&str, &str)] = &[
     ("ScriptCondition", "write CheckBlackboard"),
     (
         "UnsetBlackboard",
-        "there is no counterpart; write SetBlackboard with a value that means none",
+        "no counterpart; write SetBlackboard with a value that means none",
     ),
     ("LoopInt", LOOP),
     ("LoopDouble", LOOP),
@@ -72,7 +72,7 @@ const SELECTOR: &str = "write Selector with \"ports\": {\"memory\": true}";
 const SEQUENCE: &str = "write SequenceWithMemory";
 const RETRY: &str = "write Retry with \"ports\": {\"count\": 3}";
 const BRANCHES: &str =
-    "write a Selector of two Sequences, the first of which begins with the condition";
+    "write a Selector of two Sequences, the first of which starts with the condition";
 const LOOP: &str = "write ForEach with \"as\" and \"items\"";
 
 /// The advice for a type with that name.

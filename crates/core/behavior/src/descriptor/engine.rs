@@ -333,7 +333,7 @@ pub(super) const NODES: &[EngineType] = &[
                 Shape::Bound,
                 None,
                 true,
-                "What is written: a value or another key",
+                "The value, or the key to copy it from",
             ),
         ],
         &["write", "assign"],

@@ -152,7 +152,7 @@ pub(super) fn object<'v>(
         let message = if errors.is_full() {
             String::new()
         } else {
-            format!("in {what} {}", advice::unknown("key", &entry.key, known))
+            format!("in {what}: {}", advice::unknown("key", &entry.key, known))
         };
         errors.push(file, entry.place, message);
     }

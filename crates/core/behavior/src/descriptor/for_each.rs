@@ -119,7 +119,7 @@ impl<'a, H: Host> Builder<'a, H> {
             let text = item.as_ref().map(|item| item.text.clone());
             // Two copies with the same ids would share their state in a checkpoint.
             if let Some(text) = text.filter(|text| !seen.insert(text.clone())) {
-                let message = format!("item '{text}' is there twice; ids are made of the items");
+                let message = format!("item '{text}' is defined twice; ids are made of the items");
                 self.errors.push(file, json.place, message);
                 items = None;
             }

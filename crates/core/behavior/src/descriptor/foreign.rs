@@ -250,7 +250,7 @@ pub(super) fn describe() -> serde_json::Value {
                     "type": "object",
                     "properties": {
                         "type": {"enum": types},
-                        "access": {"enum": ACCESS, "description": "What is done with its key; read"},
+                        "access": {"enum": ACCESS, "description": "Access to its key; read"},
                         "default": {"type": ["boolean", "number", "string"]},
                         "doc": {"type": "string"},
                     },

@@ -63,7 +63,7 @@ pub(super) fn read<'a, H: Host>(
         if index > 0
             && let Some(root) = entries.iter().find(|e| e.key == "root")
         {
-            let message = "an included file has no root of its own; make it a subtree";
+            let message = "an included file must not have a root; make it a subtree";
             builder.errors.push(&file.name, root.place, message);
         }
         tops.push((file.name.as_str(), entries));

@@ -55,7 +55,7 @@ impl<'a, H: Host> Builder<'a, H> {
             let known: Vec<&str> = engine::MODIFIERS.iter().map(|m| m.name).collect();
             // The name may be a decorator of another library, which is a modifier here.
             let message = match counterparts::of(name) {
-                Some(ours) => format!("there is no modifier '{name}'; {ours}"),
+                Some(ours) => format!("unknown modifier '{name}'; {ours}"),
                 None => advice::unknown("modifier", name, &known),
             };
             self.errors.push(file, value.place, message);

@@ -19,13 +19,13 @@ pub fn schema<H: Host>(library: &Library<H>) -> Json {
     json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "Behaviour tree",
-        "description": "A tree of behaviours with what it needs, or parts for other files to include",
+        "description": "A tree of behaviours with its declarations, or parts for other files to include",
         "type": "object",
         "properties": {
             "$schema": {"type": "string"},
             "format": {"const": FORMAT, "description": "Version of the format"},
             "name": name("Name of the tree; constants are replaced"),
-            "doc": {"type": "string", "description": "What the tree is for"},
+            "doc": {"type": "string", "description": "Purpose of the tree"},
             "constants": {
                 "description": "Values used as ${NAME}; where the tree is used they may be replaced",
                 "type": "object",
@@ -183,7 +183,7 @@ fn node<H: Host>(library: &Library<H>) -> Json {
             "doc": {"type": "string"},
             "ports": {"type": "object"},
             "modifiers": {
-                "description": "What is attached to the node, the outermost first",
+                "description": "Modifiers of the node, the outermost first",
                 "type": "array",
                 "maxItems": MAX_PORTS,
                 "items": {"$ref": "#/$defs/modifier"},
@@ -245,7 +245,7 @@ fn modifier() -> Json {
             "abort": {
                 "enum": engine::ABORTS,
                 "default": "none",
-                "description": "What it interrupts when its answer changes: nothing, its own node \
+                "description": "Nodes that it interrupts when its answer changes: none, its own node \
                                 when it does not hold any more, siblings to the right when it \
                                 holds again, or both",
             },

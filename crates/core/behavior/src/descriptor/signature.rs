@@ -54,7 +54,7 @@ pub fn signatures(source: &Source<'_>) -> Result<BTreeMap<String, Signature>, Er
         header::read(&files, &library, &constants, &shared, Errors::default());
     // Such a file is included by others, where a root is refused.
     if let Some(root) = files.first().and_then(|file| file.root.get("root")) {
-        let message = "a file that provides leaves has no root of its own; make it a subtree";
+        let message = "a file that provides leaves must not have a root; make it a subtree";
         builder.errors.push(source.file, root.place, message);
     }
     if builder.errors.is_empty() && builder.subtrees.is_empty() {

@@ -62,7 +62,7 @@ impl<'a, H: Host> Builder<'a, H> {
     /// Searches names of another library first, then known names, then keywords.
     fn unknown_type(&self, name: &str) -> String {
         if let Some(ours) = counterparts::of(name) {
-            return format!("there is no node type '{name}'; {ours}");
+            return format!("unknown node type '{name}'; {ours}");
         }
         let registered = self.library.types().iter();
         let keywords = registered.map(|t| (t.name, t.keywords));
@@ -82,7 +82,7 @@ impl<'a, H: Host> Builder<'a, H> {
             .find(|(_, keywords)| keywords.contains(&word.as_str()));
         match meant {
             Some((meant, _)) => format!(
-                "there is no node type '{}'; did you mean '{meant}' ({word})?",
+                "unknown node type '{}'; did you mean '{meant}' ({word})?",
                 shortened(name)
             ),
             None => message,

@@ -50,7 +50,7 @@ fn own_states(table: &Table, trigger: TriggerId, event: &str) -> Vec<Finding> {
             place: table.row_name(group.first()?.id),
             message: format!(
                 "event '{event}' leads from {}{more} to a state that is active already: it is \
-                 entered again when the condition begins to hold, not while it stays true; \
+                 entered again when the condition becomes true, not while it stays true; \
                  leave it out of 'source', or keep the row if that is meant",
                 states.join(", ")
             ),

@@ -24,7 +24,7 @@ pub fn schema() -> Value {
                 "enum": [true, false, "success", "failure"]
             },
             "during": {
-                "description": "What runs while the state is active, and what its results fire.",
+                "description": "Behaviour that runs while the state is active, and the triggers of its results.",
                 "oneOf": [{"type": "string"}, object(&[], json!({
                     "run": {"type": "string", "description": "A behaviour by its name."},
                     "steps": {"$ref": "#/$defs/steps"},
@@ -91,11 +91,11 @@ fn machine() -> Value {
             "name": {"type": "string"},
             "doc": {"type": "string"},
             "states": list_of("state", "States; those of a parent are in it."),
-            "initial": {"type": "string", "description": "State it begins in, by its full name."},
+            "initial": {"type": "string", "description": "Initial state, by its full name."},
             "triggers": names("Triggers that rows may name; every one they name where missing."),
             "rows": list_of("row", "The first row that fits is taken."),
             "ordered": list_of("ordered", "Chains of states behind one trigger."),
-            "prepare_event": names("Run when a trigger begins to be handled."),
+            "prepare_event": names("Run before a trigger is handled."),
             "before_state_change": names("Run when the guards of a row hold."),
             "after_state_change": names("Run after a row's own `after`."),
             "finalize_event": names("Run at the end of every trigger."),
@@ -172,7 +172,7 @@ fn matrix() -> Value {
     let cells = json!({"type": "object", "additionalProperties": cell});
     let mut every = cells.clone();
     if let Some(every) = every.as_object_mut() {
-        let what = "What is called in states without a cell of their own for the event.";
+        let what = "Handler in states that have no cell for the event.";
         every.insert("description".to_owned(), json!(what));
     }
     let state = json!({"oneOf": [{"type": "string"}, object(&["name"], json!({
@@ -186,13 +186,13 @@ fn matrix() -> Value {
             "version": {"const": 1},
             "name": {"type": "string"},
             "doc": {"type": "string"},
-            "precedence": names("All events, the one that goes first at the front."),
+            "precedence": names("All events, the most urgent one first."),
             "idle": {"type": "string", "description": "Event that is handled when none is pending."},
             "states": {"type": "array", "items": state},
             "initial": {"type": "string"},
             "cells": {
                 "type": "object",
-                "description": "By state: what is called for an event.",
+                "description": "By state: the handler of an event.",
                 "additionalProperties": cells
             },
             "every": every,

@@ -120,7 +120,7 @@ impl Compiler<'_> {
         for (at, name) in written.iter().enumerate() {
             // Ids are positions, so a second one of the same name would have no id.
             if all.find(&name.text) != Some(at) {
-                let message = format!("{what} '{}' is there twice", shortened(&name.text));
+                let message = format!("{what} '{}' is defined twice", shortened(&name.text));
                 self.problems.add(name.place, message);
             }
             if !host.is_empty() {

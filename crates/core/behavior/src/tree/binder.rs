@@ -21,7 +21,7 @@ pub enum Binding {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BindError {
     /// The type declares no such port.
-    #[error("there is no port '{port}'; {advice}")]
+    #[error("unknown port '{port}'; {advice}")]
     Unknown {
         /// The port.
         port: String,

@@ -27,7 +27,7 @@ impl std::fmt::Display for TreeError {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Problem {
     /// Two nodes with one id.
-    #[error("node '{0}' is there twice; ids are unique in a tree")]
+    #[error("node '{0}' is defined twice; ids are unique in a tree")]
     Duplicate(String),
     /// A wrong number of children.
     #[error("node '{id}' ({type_name}) has {found} children, {wanted} is needed")]
@@ -42,7 +42,7 @@ pub enum Problem {
         wanted: usize,
     },
     /// A parallel that selects a child that it does not have.
-    #[error("parallel '{id}' selects child {index} of {children}; counting begins with 0")]
+    #[error("parallel '{id}' selects child {index} of {children}; counting starts at 0")]
     Selected {
         /// Id of the node.
         id: String,

@@ -31,7 +31,7 @@ impl Replacement {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ReplaceError {
     /// No node has this id.
-    #[error("there is no leaf '{id}'; {advice}")]
+    #[error("unknown leaf '{id}'; {advice}")]
     Unknown {
         /// The id.
         id: String,

@@ -205,7 +205,7 @@ fn names_of_another_library_get_ours() {
             format!(r#"{{"id": "r", "type": "{name}", "children": [{{"id": "a", {WAIT}}}]}}"#);
         let text = format!(r#"{{"format": "behavior-tree/1", "name": "t", "root": {node}}}"#);
         let wrong = descriptor_common::read(&text).err().unwrap().to_string();
-        let wanted = format!("there is no node type '{name}'; ");
+        let wanted = format!("unknown node type '{name}'; ");
         assert!(wrong.contains(&wanted) && wrong.contains(ours), "{wrong}");
     }
 }

@@ -90,11 +90,11 @@ fn mistakes_in_declarations_and_uses_have_their_places() {
         ),
         (
             r#"{"Say": {"ports": {"text": {"type": "text", "access": "all"}}}}"#,
-            "there is no access 'all'",
+            "unknown access 'all'",
         ),
         (
             r#"{"Say": {"ports": {"txt": {"type": "text"}}}}"#,
-            "there is no port 'text'",
+            "unknown port 'text'",
         ),
         (
             r#"{"Say": {"ports": {"text": {"type": "text", "access": "write"}}}}"#,

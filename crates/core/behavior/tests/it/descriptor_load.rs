@@ -89,7 +89,7 @@ fn each_mistake_is_named_with_its_place() {
         ),
         (
             ("\"PickNext\"", "\"PickNxt\""),
-            "t.json:44:34: there is no node type 'PickNxt'; did you mean 'PickNext'?",
+            "t.json:44:34: unknown node type 'PickNxt'; did you mean 'PickNext'?",
         ),
         (
             ("\"PickNext\"", "\"choose\""),
@@ -104,7 +104,7 @@ fn each_mistake_is_named_with_its_place() {
                 "\"children\": [{\"id\": \"still\"",
                 "\"childs\": [{\"id\": \"still\"",
             ),
-            "in a node there is no key 'childs'; did you mean 'children'?",
+            "unknown key 'childs'; did you mean 'children'?",
         ),
         (("\"lower_priority\"", "\"lower\""), "abort mode 'lower'"),
         (
@@ -113,7 +113,7 @@ fn each_mistake_is_named_with_its_place() {
         ),
         (
             ("shared.stop:${arm}", "shared.stop:${hand}"),
-            "there is no constant 'hand'",
+            "unknown constant 'hand'",
         ),
         (
             ("shared.stop:${arm}", "shared.stop:${arm"),
@@ -121,7 +121,7 @@ fn each_mistake_is_named_with_its_place() {
         ),
         (
             ("shared.stop:${arm}", "share.stop"),
-            "there is no blackboard 'share'; did you mean 'shared'?",
+            "unknown blackboard 'share'; did you mean 'shared'?",
         ),
         (
             ("\"equals\": true", "\"equals\": 3"),
@@ -153,7 +153,7 @@ fn each_mistake_is_named_with_its_place() {
         ),
         (
             ("\"seconds\": 1}", "\"second\": 1}"),
-            "there is no port 'second'; did you mean 'seconds'?",
+            "unknown port 'second'; did you mean 'seconds'?",
         ),
         (
             (
@@ -196,7 +196,7 @@ fn each_mistake_is_named_with_its_place() {
                 "\"subtree\": \"go\", \"ports\": {\"to\": {\"bb\": \"local.place\"}}",
                 "\"subtree\": \"goo\"",
             ),
-            "there is no subtree 'goo'; did you mean 'go'?",
+            "unknown subtree 'goo'; did you mean 'go'?",
         ),
         (
             (
@@ -207,11 +207,11 @@ fn each_mistake_is_named_with_its_place() {
         ),
         (
             ("{\"port\": \"to\"}", "{\"port\": \"too\"}"),
-            "there is no port of this subtree 'too'; did you mean 'to'?",
+            "unknown port of this subtree 'too'; did you mean 'to'?",
         ),
         (
             ("\"selected\": [\"note\"]", "\"selected\": [\"nota\"]"),
-            "there is no child of this node 'nota'; did you mean 'note'?",
+            "unknown child of this node 'nota'; did you mean 'note'?",
         ),
         (
             ("\"policy\": \"selected\"", "\"policy\": \"all\""),
@@ -246,7 +246,7 @@ fn each_mistake_is_named_with_its_place() {
         ),
         (
             ("\"type\": \"bool\"", "\"type\": \"boolean\""),
-            "there is no type of value 'boolean'; did you mean 'bool'?",
+            "unknown type of value 'boolean'; did you mean 'bool'?",
         ),
         (
             (
@@ -271,7 +271,7 @@ fn each_mistake_is_named_with_its_place() {
         ),
         (
             ("\"blackboard\"", "\"include\": [], \"blackboard\""),
-            "there is no key 'include'; did you mean 'includes'?",
+            "unknown key 'include'; did you mean 'includes'?",
         ),
         (
             ("\"blackboard\"", "\"name\": \"x\", \"blackboard\""),
@@ -298,8 +298,8 @@ fn all_mistakes_of_a_file_are_named_at_once() {
     refused(
         ("\"PickNext\"", mistakes),
         &[
-            "t.json:44:34: there is no node type",
-            "t.json:44:55: in a node there is no key 'port'",
+            "t.json:44:34: unknown node type",
+            "t.json:44:55: in a node: unknown key 'port'",
         ],
     );
     let text = GOOD

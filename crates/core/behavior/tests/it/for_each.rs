@@ -192,9 +192,9 @@ fn what_is_wrong_is_named() {
             "3",
             "a list of items is needed here, this is the integer 3",
         ),
-        ("[1, 2]", "[1, \"1\"]", "item '1' is there twice"),
+        ("[1, 2]", "[1, \"1\"]", "item '1' is defined twice"),
         ("[1, 2]", "[\"a b\"]", "this is the text 'a b'"),
-        ("[1, 2]", "[\"${near}\"]", "there is no constant 'near'"),
+        ("[1, 2]", "[\"${near}\"]", "unknown constant 'near'"),
         ("[1, 2]", &many, "items of ForEach counted"),
         (
             BODY,

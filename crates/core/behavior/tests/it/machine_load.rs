@@ -34,7 +34,7 @@ before = "bfore"
 "#;
     let expected = [
         "door.toml:3:11: unknown state 'closd'; did you mean 'closed'?",
-        "door.toml:4:29: state 'open' is there twice (first in line 4); rename one of them",
+        "door.toml:4:29: state 'open' is defined twice (first in line 4); rename one of them",
         "door.toml:4:54: a state has no key 'entr'; did you mean 'enter'?",
         "door.toml:4:79: unknown sub-behaviour 'fetsch'; did you mean 'fetch'?",
         "door.toml:8:21: unknown state 'opn'; did you mean 'open'?",

@@ -235,7 +235,7 @@ fn names_without_a_meaning_are_refused_with_their_place() {
         .cell(CellDef::new("S", "A", "rest"));
     let wrong = twice.compile(&known).unwrap_err().to_string();
     for expected in [
-        "'A' is there twice",
+        "'A' is defined twice",
         "filled in twice",
         "event 'B' is missing",
         "state 'T' is missing",

@@ -224,7 +224,7 @@ fn everything_wrong_with_a_tree_is_named_at_once() {
     let text = refused(Node::sequence("root", Memory::Yes, children));
     for part in [
         "tree 'bad'",
-        "'twice' is there twice",
+        "'twice' is defined twice",
         "'lonely' (Inverter) has 0 children, 1 is needed",
         "'never' has the count 0",
         "'nan' has a time of NaN s",

@@ -87,7 +87,7 @@ fn only_leaves_are_replaced() {
         .replace("bb", Vec::new())
         .unwrap_err()
         .to_string();
-    assert!(unknown.contains("there is no leaf 'bb'; "), "{unknown}");
+    assert!(unknown.contains("unknown leaf 'bb'; "), "{unknown}");
     let root = stand
         .tree
         .replace("root", Vec::new())

@@ -35,7 +35,8 @@ impl FromStr for Setting {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let allowed = || format!("{text:?} is no setting; write KEY=NUMBER, as task.timeout_s=4");
+        let allowed =
+            || format!("{text:?} is not a setting; write KEY=NUMBER, as task.timeout_s=4");
         let (key, value) = text.split_once('=').ok_or_else(allowed)?;
         Ok(Self {
             key: key_of(key)?,
@@ -62,7 +63,7 @@ pub(crate) fn key_of(text: &str) -> Result<String, String> {
         return Ok(key.to_owned());
     }
     Err(format!(
-        "{text:?} is no key of a cell file; write a dotted path, as task.timeout_s or object.*.mass_kg"
+        "{text:?} is not a key of a cell file; write a dotted path, as task.timeout_s or object.*.mass_kg"
     ))
 }
 
@@ -179,7 +180,7 @@ impl Finder<'_> {
             DeValue::Array(array) => return self.array(array, keys, path),
             DeValue::Integer(_) if keys.is_empty() => Kind::Integer,
             DeValue::Float(_) if keys.is_empty() => Kind::Float,
-            _ => return Err(self.refuse(path, "no number")),
+            _ => return Err(self.refuse(path, "not a number")),
         };
         self.found.push(Place {
             path: path.to_owned(),
@@ -221,7 +222,7 @@ impl Finder<'_> {
         Err(ModelError::value(
             Location::line(self.file, toml_text::line_of(self.text, path)),
             self.key,
-            "no key of this cell",
+            "not a key of this cell",
             format!("{path}: {}", suggest::advice(first, &names)),
         ))
     }
@@ -322,7 +323,7 @@ mod tests {
         for (setting, expected) in [
             (
                 "task.kind=1",
-                "c.toml:10: task.kind is no number; task.kind must be a number of the cell file",
+                "c.toml:10: task.kind is not a number; task.kind must be a number of the cell file",
             ),
             ("object=1", "c.toml:2: object is a list; object must be"),
             (
@@ -331,15 +332,15 @@ mod tests {
             ),
             (
                 "object.rad.mass=1",
-                "c.toml:2: object.rad.mass is no key of this cell; object: did you mean 'red'?",
+                "c.toml:2: object.rad.mass is not a key of this cell; object: did you mean 'red'?",
             ),
             ("object.blue.spawn.y=1", "object.blue.spawn.y is not there"),
-            ("a.b=1", "c.toml:1: a is no number"),
-            ("a b=1", "\"a b\" is no key of a cell file"),
-            ("a=nan", "\"a=nan\" is no setting"),
-            ("a=inf", "is no setting"),
-            ("a", "is no setting"),
-            ("=1", "is no key"),
+            ("a.b=1", "c.toml:1: a is not a number"),
+            ("a b=1", "\"a b\" is not a key of a cell file"),
+            ("a=nan", "\"a=nan\" is not a setting"),
+            ("a=inf", "is not a setting"),
+            ("a", "is not a setting"),
+            ("=1", "is not a key"),
         ] {
             let error = with(&[setting]).unwrap_err();
             assert!(error.contains(expected), "{setting}: {error}");

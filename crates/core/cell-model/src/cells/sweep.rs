@@ -29,7 +29,9 @@ impl FromStr for Values {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let allowed = || {
-            format!("{text:?} is no setting; write KEY=NUMBER[,NUMBER..], as task.timeout_s=4,5,6")
+            format!(
+                "{text:?} is not a setting; write KEY=NUMBER[,NUMBER..], as task.timeout_s=4,5,6"
+            )
         };
         let (key, values) = text.split_once('=').ok_or_else(allowed)?;
         let values: Option<Vec<Number>> = values.split(',').map(setting::number).collect();

@@ -223,8 +223,8 @@ impl Robot {
             _ => "along a line",
         };
         Some(format!(
-            "the tip '{}' can only move {path} (joints: {}): it comes as near to a target as \
-             that allows, and does not move where it is as near as it can be",
+            "the tip '{}' can only move {path} (joints: {}): it moves as near to a target as \
+             that allows, and stays where it cannot get nearer",
             self.tcp_frame_name(),
             listed(self.arm_joint_names().into_iter())
         ))

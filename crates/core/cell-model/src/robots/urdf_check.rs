@@ -75,7 +75,8 @@ impl Checker<'_> {
         if count <= MAX_LINKS {
             return Ok(());
         }
-        let allowed = format!("at most {MAX_LINKS}; remove what does not move and is not touched");
+        let allowed =
+            format!("at most {MAX_LINKS}; remove links that do not move and are not touched");
         Err(self.refuse("links and joints", count, allowed))
     }
 

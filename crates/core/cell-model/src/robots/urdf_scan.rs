@@ -14,7 +14,8 @@ pub(crate) const MAX_BYTES: usize = 4 << 20;
 /// Returns [`ModelError::Value`] with the line at which the nesting is too deep.
 pub(crate) fn scan(file: &str, text: &str) -> Result<(), ModelError> {
     if text.len() > MAX_BYTES {
-        let allowed = format!("at most {MAX_BYTES} bytes; remove what does not describe the robot");
+        let allowed =
+            format!("at most {MAX_BYTES} bytes; remove content that does not describe the robot");
         return Err(ModelError::value(
             Location::file(file),
             "size",

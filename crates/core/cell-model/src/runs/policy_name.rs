@@ -29,5 +29,5 @@ pub(crate) fn policy_of_kind(kind: &str, policy: String) -> String {
 /// The refusal of a policy that the job of `demo` does not have.
 pub fn unknown_policy(asked: &str, known: &[&str], demo: &str) -> String {
     let advice = suggest::advice(asked, known);
-    format!("there is no policy '{asked}' for demo '{demo}'; {advice}")
+    format!("unknown policy '{asked}' for demo '{demo}'; {advice}")
 }

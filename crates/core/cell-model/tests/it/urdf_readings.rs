@@ -181,8 +181,8 @@ fn limits_of_zero_are_reported_once_for_all_joints() {
     assert_warns(
         &robot,
         &[
-            "r.urdf:3: joints 'j1', 'j2': a limit of velocity of 0 lets nothing move; 1 rad/s is",
-            "r.urdf:4: joint 'j2': a limit of effort of 0 lets nothing move; 100 N m is taken",
+            "r.urdf:3: joints 'j1', 'j2': a limit of velocity of 0 allows no motion; 1 rad/s is",
+            "r.urdf:4: joint 'j2': a limit of effort of 0 allows no motion; 100 N m is taken",
         ],
     );
     // A joint that copies another one has no drive.

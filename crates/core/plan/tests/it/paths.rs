@@ -82,7 +82,7 @@ fn what_cannot_be_planned_is_named() {
     assert!(
         with(&nan, &RIGHT)
             .to_string()
-            .contains("start is no configuration")
+            .contains("start is not a configuration")
     );
     let mut beyond = RIGHT;
     beyond[1] = 1.9;

@@ -38,7 +38,7 @@ pub enum ObstacleError {
         capacity: usize,
     },
     /// No obstacle has this id.
-    #[error("there is no obstacle {id}; the set holds {count}")]
+    #[error("unknown obstacle {id}; the set holds {count}")]
     NoSuchId {
         /// The id.
         id: usize,

@@ -141,7 +141,7 @@ fn tip_over(turn: &mut Turn<'_>) {
     let of = turn.of;
     let name = &of.task.bin;
     turn.world.out.log(format_args!(
-        "[hold] {name} hangs upside down, it is let fall to come to rest otherwise"
+        "[hold] {name} hangs upside down; it is dropped, to come to rest another way"
     ));
     // From the end of the path, not from the TCP, which lags behind: aside is the same place
     // each time.

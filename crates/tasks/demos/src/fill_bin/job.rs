@@ -60,7 +60,7 @@ impl FillBin {
             .map_err(|error| broken(format!("task.bin: {error}")))?;
         let shape = cell.objects.get(bin).map(|object| &object.shape);
         let Some(Shape::Bin { size_m, wall_m }) = shape else {
-            return Err(broken(format!("task.bin: '{}' is no bin", task.bin)));
+            return Err(broken(format!("task.bin: '{}' is not a bin", task.bin)));
         };
         let objects = cell.objects.iter().enumerate();
         Ok(Self {

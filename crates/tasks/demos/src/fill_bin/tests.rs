@@ -194,7 +194,7 @@ fn a_bin_that_hangs_upside_down_is_let_fall_until_it_lies_otherwise() {
     assert_eq!(world.says("upside down, on its bottom"), 1);
     world.fallen = on_its_end();
     let drops = world.decision.io.drop_parts;
-    world.run_until("is let fall", |world| world.held.is_none());
+    world.run_until("is dropped", |world| world.held.is_none());
     assert_eq!(
         world.decision.io.drop_parts, drops,
         "no part would stay in it"

@@ -221,7 +221,7 @@ impl Transfer {
         turn.world.job.counters.aborts += 1;
         turn.world.out.event(
             TraceEvent::Abort,
-            format_args!("[abort] the stack is broken, {name} goes back to its spawn"),
+            format_args!("[abort] the stack is broken, {name} is returned to its spawn"),
         );
         self.destination = selection::free_spawn(turn, self.cube);
         self.aborted = true;

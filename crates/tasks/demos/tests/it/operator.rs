@@ -212,7 +212,7 @@ fn an_unknown_policy_gets_advice() {
     };
     assert_eq!(
         message("fms"),
-        "there is no policy 'fms' for demo 'franka-stack'; did you mean 'fsm'?"
+        "unknown policy 'fms' for demo 'franka-stack'; did you mean 'fsm'?"
     );
     assert!(message("zzz").ends_with("known are: fsm, ifelse, bt"));
 }

@@ -139,7 +139,7 @@ impl<'c> Loader<'c> {
                     .map(|known| known.name)
                     .collect();
                 return Err(Self::wrong(format!(
-                    "{}:{line}:{column}: '{}' asks '{name}', which is no condition; conditions \
+                    "{}:{line}:{column}: '{}' asks '{name}', which is not a condition; conditions \
                      are {}",
                     self.file,
                     part.name,

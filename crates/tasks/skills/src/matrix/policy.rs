@@ -158,7 +158,7 @@ struct Host<'h, 't, J: MatrixJob>(&'h mut Turn<'t, J>);
 impl<J: MatrixJob> Handlers for Host<'_, '_, J> {
     fn handle(&mut self, handler: HandlerId, _cell: MatrixCell<'_>) -> Result<Next, Fault> {
         let handler = J::HANDLERS.get(usize::from(handler.0)).ok_or(Fault {
-            reason: "there is no such handler",
+            reason: "unknown handler",
         })?;
         Ok(handler.1(self.0))
     }

@@ -171,7 +171,11 @@ fn close(setup: &Arc<Setup>) -> NodeType<Station> {
         },
     )
     .keywords(&["grasp", "grip", "suction", "attach"])
-    .input_or("object", Str::EMPTY, "what has to be in the gripper then")
+    .input_or(
+        "object",
+        Str::EMPTY,
+        "object that has to be in the gripper then",
+    )
 }
 
 /// `Pick`.

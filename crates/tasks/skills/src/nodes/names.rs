@@ -47,7 +47,7 @@ pub(super) fn named(
     }
     find(setup, name.as_str()).map(Named::Index).ok_or_else(|| {
         let advice = suggest::advice(name.as_str(), &known);
-        BindError::Host(format!("there is no {port} '{name}'; {advice}"))
+        BindError::Host(format!("unknown {port} '{name}'; {advice}"))
     })
 }
 
@@ -61,8 +61,7 @@ fn unknown_default(binder: &mut Binder<'_>, port: &str, setup: &Setup, known: &[
         return;
     }
     let advice = suggest::advice(name.as_str(), known);
-    let message =
-        format!("the key of '{port}' starts with '{name}': there is no such {port}; {advice}");
+    let message = format!("the key of '{port}' starts with '{name}': unknown {port}; {advice}");
     binder.warn("unknown_default", message);
 }
 

@@ -34,12 +34,12 @@ pub(super) fn ports(node_type: NodeType<Station>) -> NodeType<Station> {
         .input_or(
             "ignore",
             Str::EMPTY,
-            "obstacles whose names begin so do not count",
+            "obstacles whose names start so do not count",
         )
         .input_or(
             "guide",
             Str::EMPTY,
-            "fixtures with solid = false whose names begin so count as obstacles",
+            "fixtures with solid = false whose names start so count as obstacles",
         )
 }
 
@@ -123,7 +123,7 @@ fn obstacles(binder: &mut Binder<'_>, setup: &Setup, port: &str) -> Result<u64, 
     if mask == 0 {
         let known: Vec<&str> = setup.obstacles.iter().map(String::as_str).collect();
         let advice = suggest::advice(start.as_str(), &known);
-        let problem = format!("no obstacle has a name that begins with '{start}'; {advice}");
+        let problem = format!("no obstacle has a name that starts with '{start}'; {advice}");
         return Err(BindError::Host(problem));
     }
     Ok(mask)

@@ -148,8 +148,7 @@ fn reach(robot: &Robot) -> f64 {
 /// Returns a [`SetupError`] for a cell without one.
 pub fn suction_arm(cell: &Cell) -> Result<&ArmSpec, SetupError> {
     let arm = cell.arms.get(ARM);
-    let arm =
-        arm.ok_or_else(|| SetupError::new(cell, "there is no [[arm]]; this job needs one"))?;
+    let arm = arm.ok_or_else(|| SetupError::new(cell, "[[arm]] is missing; this job needs one"))?;
     if arm.robot.suction.is_none() {
         let name = &arm.robot.name;
         let problem = format!("robot '{name}' has no suction gripper; this job needs one");

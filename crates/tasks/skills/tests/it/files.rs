@@ -104,7 +104,7 @@ fn a_state_that_nothing_leaves_is_refused() {
     machine(("during.success = \"retracted\"\n", ""), &["'retracted'"]);
     machine(
         ("held = { do = \"Holding\"", "held = { do = \"Pick\""),
-        &["'held' asks 'Pick', which is no condition"],
+        &["'held' asks 'Pick', which is not a condition"],
     );
     let steps = text.split("name = \"retracting\"").nth(1).unwrap();
     let steps = steps.split("during.steps = ").nth(1).unwrap();
@@ -191,7 +191,7 @@ fn a_misspelt_step_is_refused_with_the_name_that_was_meant() {
         ),
         &[
             "cells/a.toml:14:",
-            "there is no object 'cub'",
+            "unknown object 'cub'",
             "did you mean 'cube'?",
         ],
     );
@@ -238,7 +238,7 @@ fn a_way_that_the_cell_does_not_have_is_refused() {
         (above, "place = \"mark\", ignore = \"tabel\", above_m = 0.1"),
         &[
             "cells/a.toml:",
-            "no obstacle has a name that begins with 'tabel'",
+            "no obstacle has a name that starts with 'tabel'",
         ],
     );
     machine(
@@ -285,7 +285,7 @@ fn a_tree_names_its_objects_and_places() {
         ("\"place\": \"mark\"", "\"place\": \"marc\""),
         &[
             "cells/a.json:10:",
-            "there is no place 'marc'",
+            "unknown place 'marc'",
             "did you mean 'mark'?",
         ],
     );
@@ -380,7 +380,7 @@ fn what_is_odd_about_a_port_is_said_at_the_start() {
         (
             "default",
             r#""type": "MoveTo", "ports": {"object": {"bb": "local.what"}}"#.to_owned(),
-            "starts with 'cub': there is no such object; did you mean 'cube'?",
+            "starts with 'cub': unknown object; did you mean 'cube'?",
         ),
     ] {
         let said = warnings(test, &node);
@@ -409,5 +409,5 @@ fn a_step_may_be_a_loop_over_objects() {
     };
     assert_eq!(said("loop", "machine", "a.toml", &each("cube")), Ok(()));
     let error = said("loops", "machine", "a.toml", &each("cubes")).unwrap_err();
-    assert!(error.contains("there is no object 'cubes'"), "{error}");
+    assert!(error.contains("unknown object 'cubes'"), "{error}");
 }

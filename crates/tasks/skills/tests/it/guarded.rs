@@ -212,7 +212,7 @@ fn n17_an_unknown_command_is_a_failure() {
     let mut bench = bench(LEFT, node);
     bench.works_at(WORK, 0);
     assert_eq!(bench.tick(), Status::Failure);
-    assert_eq!(bench.count("'cube_1' is no command"), 1);
+    assert_eq!(bench.count("'cube_1' is not a command"), 1);
     assert!(bench.holds_still());
 }
 

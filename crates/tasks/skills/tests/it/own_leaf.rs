@@ -1,4 +1,4 @@
-//! A leaf of the user's own in a tree in code, as in docs/your-own-cell.md.
+//! A leaf of the user's own in a tree in code, as in docs/task-in-rust.md.
 
 use behavior::Status;
 use behavior::board::{Board, Fault};
@@ -39,12 +39,12 @@ fn a_leaf_of_the_users_own_sees_the_cell_and_logs() {
     let said = trace.iter().any(|line| line.text.as_str() == "[next] cube");
     assert!(said, "{trace:?}");
     // The docs quote the leaf.
-    let docs = std::fs::read_to_string(Data::checkout_dir().join("docs/your-own-cell.md")).unwrap();
+    let docs = std::fs::read_to_string(Data::checkout_dir().join("docs/task-in-rust.md")).unwrap();
     let own = include_str!("own_leaf.rs");
     let leaf = own.split("struct Announce").nth(1).unwrap();
     let leaf = leaf.split("\n#[test]").next().unwrap().trim_end();
     assert!(
         docs.contains(leaf),
-        "docs/your-own-cell.md shows another leaf"
+        "docs/task-in-rust.md shows another leaf"
     );
 }

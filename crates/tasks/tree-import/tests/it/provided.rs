@@ -46,7 +46,7 @@ fn checked(json: &str) -> Vec<String> {
         text: json,
         include: &|name| match name {
             "own.tree.json" => Ok(LEAVES.to_owned()),
-            other => Err(format!("there is no '{other}'")),
+            other => Err(format!("unknown '{other}'")),
         },
     };
     let library = library(&BTreeMap::new());
@@ -158,7 +158,10 @@ fn a_file_that_cannot_provide_leaves_is_refused() {
     assert_refused(
         "<A/>",
         &root,
-        &["own.tree.json:9", "a file that provides leaves has no root"],
+        &[
+            "own.tree.json:9",
+            "a file that provides leaves must not have a root",
+        ],
     );
     assert_refused("<A/>", "{", &["own.tree.json:1"]);
     assert_refused(

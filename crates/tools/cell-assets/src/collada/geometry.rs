@@ -25,7 +25,10 @@ pub(super) fn numbers(node: Node<'_, '_>) -> Result<Vec<f64>> {
     words
         .map(|word| match word.parse::<f64>() {
             Ok(value) if value.is_finite() => Ok(value),
-            _ => Err(format!("line {}: `{word}` is no finite number", line(node))),
+            _ => Err(format!(
+                "line {}: `{word}` is not a finite number",
+                line(node)
+            )),
         })
         .collect()
 }
@@ -35,7 +38,7 @@ fn integers(node: Node<'_, '_>) -> Result<Vec<usize>> {
     words
         .map(|word| {
             word.parse()
-                .map_err(|_| format!("line {}: `{word}` is no index", line(node)))
+                .map_err(|_| format!("line {}: `{word}` is not an index", line(node)))
         })
         .collect()
 }

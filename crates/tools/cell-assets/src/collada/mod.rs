@@ -93,7 +93,7 @@ fn check_asset(root: Node<'_, '_>, allowed: Up) -> Result<f64> {
     let unit = unit.map_or(Ok(1.0), |text| {
         text.trim()
             .parse::<f64>()
-            .map_err(|_| format!("unit meter=\"{text}\" is no number"))
+            .map_err(|_| format!("unit meter=\"{text}\" is not a number"))
     })?;
     if unit.is_finite() && unit > 0.0 {
         Ok(unit)

@@ -23,7 +23,7 @@ export function mountBins(context: PanelContext, element: HTMLElement): () => vo
   const add = (flipped: boolean) =>
     button(context, {
       label: flipped ? "Add bin, upside down" : "Add bin",
-      about: () => (flipped ? "Let a bin come that opens downward" : "Let another bin come"),
+      about: () => (flipped ? "Add a bin that opens downward" : "Add another bin"),
       twin: () => (flipped ? "robocell add-bin --flipped" : "robocell add-bin"),
       why: () => context.cellRefusal(),
       run: () => addBin(context, flipped),

@@ -17,7 +17,7 @@ export function mountStack({ store }: PanelContext, element: HTMLElement): () =>
   const count = el("b", {});
   const where = Array.isArray(place) ? ` at ${place.join(", ")} m` : "";
   element.append(
-    el("p", {}, count, ` of ${order.length} cubes stand${where}`),
+    el("p", {}, count, ` of ${order.length} cubes are stacked${where}`),
     // The top of the stack is on top.
     el("ol", { class: "stack-order", reversed: true }, ...rows.map(({ node }) => node).reverse()),
   );

@@ -53,7 +53,7 @@ function openClose(context: PanelContext): HTMLElement {
   const to = () => (gripperIsClosed(context) ? "open" : "close");
   const node = button(context, {
     label: "Close gripper",
-    about: () => (to() === "open" ? "Let go" : "Switch suction on"),
+    about: () => (to() === "open" ? "Release" : "Switch suction on"),
     twin: () => `robocell gripper ${to()}`,
     why: () => context.cellRefusal() ?? handRefusal(context),
     run: () => context.send({ do: "gripper", arm: 0, to: to() }),

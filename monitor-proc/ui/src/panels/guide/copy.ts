@@ -10,7 +10,7 @@ export function copyable(context: PanelContext, command: string): HTMLElement {
   copy.addEventListener("click", (event) => {
     // After a mouse's click, Space is play and pause again.
     if (event.detail > 0) copy.blur();
-    void copied(text, code).then((done) => context.notify(done ? `copied: ${text}` : "press Ctrl+C to copy what is marked"));
+    void copied(text, code).then((done) => context.notify(done ? `copied: ${text}` : "press Ctrl+C to copy the marked text"));
   });
   return el("div", { class: "copyable" }, code, copy);
 }

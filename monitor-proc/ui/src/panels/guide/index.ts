@@ -14,7 +14,7 @@ const keyOf = (scene: Scene) => `robocell-guide-${scene.demo}`;
 
 export function mountGuide(context: PanelContext): void {
   if (isPicture()) return;
-  const opener = el("button", { type: "button", class: "button small guide-opener", title: "What this demo shows, and what to try" }, "Guide");
+  const opener = el("button", { type: "button", class: "button small guide-opener", title: "About this demo, and things to try" }, "Guide");
   const card = el("aside", { class: "guide-card scroll", "aria-label": "Guide", tabindex: -1 });
   const place = el("div", { id: "guide" }, opener, card);
   const show = (open: boolean) => {

@@ -17,7 +17,7 @@ export interface Guide {
 const GUIDES: Record<string, Guide> = {
   "franka-stack": {
     title: "One arm stacks four cubes",
-    see: "A Franka grips each cube by friction and puts it on the stack. The task checks the cubes 100 times a second and recovers from what you do to them.",
+    see: "A Franka grips each cube by friction and puts it on the stack. The task checks the cubes 100 times a second and recovers from your disturbances.",
     tries: [
       { what: "Pull the blue cube away: Shift+drag. The task fetches it again.", command: "robocell drag blue_cube --to 0.5 -0.2 0.025" },
       { what: "Restart the task while a cube is in the hand: the arm holds it, and the task resumes.", command: "robocell restart task" },
@@ -44,9 +44,9 @@ const GUIDES: Record<string, Guide> = {
   },
   "ur10-palletize": {
     title: "Bins off a belt, onto a pallet",
-    see: "A UR10 takes nine bins off a conveyor with a suction cup. A bin that comes upside down is turned over on the jig first.",
+    see: "A UR10 takes nine bins off a conveyor with a suction cup. A bin that arrives upside down is turned over on the jig first.",
     tries: [
-      { what: "Let another bin come.", command: "robocell add-bin" },
+      { what: "Add another bin.", command: "robocell add-bin" },
       { what: "Watch the state machine and its transitions.", command: "robocell fsm show --live" },
       { what: "Restart the task while a bin hangs at the cup: it resumes.", command: "robocell restart task" },
     ],
@@ -65,7 +65,7 @@ const GUIDES: Record<string, Guide> = {
     see: "A UR10 stacks bins off a conveyor, all upside down. One that opens upward is turned over in a holder of rails on the way.",
     tries: [
       { what: "Start the task: it waits for its start event.", command: "robocell task start" },
-      { what: "Let another bin come, upside down.", command: "robocell add-bin --flipped" },
+      { what: "Add another bin, upside down.", command: "robocell add-bin --flipped" },
       { what: "Restart the task while it carries a bin: it resumes.", command: "robocell restart task" },
     ],
   },

@@ -9,7 +9,7 @@ export function copyPose(context: PanelContext, read: () => Pose | undefined): H
     class: "small",
     about: () => "Copy position and orientation, as a cell file has them",
     twin: () => null,
-    why: () => (read() === undefined ? "there is no pose" : null),
+    why: () => (read() === undefined ? "no pose" : null),
     run: () => void copy(context, read()),
   });
 }

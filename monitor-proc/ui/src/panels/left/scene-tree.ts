@@ -36,7 +36,7 @@ function group(name: string, rows: HTMLElement[]): HTMLElement {
 function row(context: PanelContext, name: string, colour: string | null, state: HTMLElement): HTMLElement {
   const swatch = el("i", { class: "swatch" });
   if (colour !== null) swatch.style.background = colour;
-  const attrs = { type: "button", class: "tree-row", "data-name": name, title: `Select ${name}: what it is and where` };
+  const attrs = { type: "button", class: "tree-row", "data-name": name, title: `Select ${name}: its kind and its place` };
   const node = el("button", attrs, swatch, el("span", { class: "name" }, name), state);
   node.addEventListener("click", () => {
     context.select(context.selection === name ? null : name);

@@ -22,7 +22,7 @@ const ABOUT: Record<string, string> = {
 
 export function viewTools(context: PanelContext): HTMLElement {
   const { view } = context;
-  if (view === null) return el("p", { class: "dim" }, "There is no 3D view in this browser.");
+  if (view === null) return el("p", { class: "dim" }, "This browser has no 3D view.");
   const boxes = view.toggles.names().map((name) => {
     const box = el("input", { type: "checkbox" });
     box.checked = view.toggles.get(name);

@@ -14,7 +14,7 @@ export function taskButtons(context: PanelContext): HTMLElement {
     if (paused()) return "the task is paused: resume it";
     if (ended()) return null;
     if (waits()) return context.store.status?.task.started === true ? "the start event was given" : null;
-    return outcome() === "running" ? "the task is running" : "this task begins without a start event: press Play";
+    return outcome() === "running" ? "the task is running" : "this task starts without a start event: press Play";
   };
   const again = async () => {
     const start = waits() ? ([{ do: "task_start" }] as const) : [];
@@ -38,7 +38,7 @@ export function taskButtons(context: PanelContext): HTMLElement {
     name: () => (paused() ? "Resume Task" : "Pause Task"),
     primary: () => !context.paused && paused() && why() === null,
     about: () =>
-      paused() ? "Let the task continue from where it is" : "Pause the task: you lead arm and gripper",
+      paused() ? "Resume the task" : "Pause the task: you lead arm and gripper",
     twin: () => `robocell task ${paused() ? "resume" : "pause"}`,
     why,
     run: () => context.send({ do: paused() ? "task_resume" : "task_pause" }),

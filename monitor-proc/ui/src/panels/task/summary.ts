@@ -14,7 +14,7 @@ const TONE: Record<Status["task"]["outcome"], string> = {
 
 const COUNTERS = [
   ["drops", "Held objects that were lost"],
-  ["resyncs", "Pick-ups begun again because the object moved"],
+  ["resyncs", "Pick-ups restarted because the object moved"],
   ["aborts", "Transfers turned back because the stack below was gone"],
   ["recoveries", "Recoveries of any other kind"],
   ["limit_violations", "Limits of the robot that were violated, as physics measured"],

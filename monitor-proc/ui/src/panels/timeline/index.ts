@@ -133,7 +133,7 @@ function liveButton(context: PanelContext, toNow: () => void): HTMLElement {
     label: "Live",
     class: "live",
     about: () =>
-      replay() ? (context.paused ? "Play the recording" : "Pause the recording") : away() ? "Back to what is now" : "You see what is now; drag along the bar to look back",
+      replay() ? (context.paused ? "Play the recording" : "Pause the recording") : away() ? "Back to the present" : "You see the present; drag along the bar to look back",
     twin: () => (replay() ? "robocell replay FILE" : null),
     run: () => {
       // Not around the playback: its next step would lead back into the past.

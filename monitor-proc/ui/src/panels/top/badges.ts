@@ -33,8 +33,8 @@ export function badges(context: PanelContext): HTMLElement {
     const about = {
       offline: "The monitor does not answer; the page tries again",
       replay: `A recording: ${store.hello?.source ?? ""}`,
-      past: "You look at what the flight recorder holds; Live goes back",
-      live: "Connected: what you see is now",
+      past: "You look at the flight recorder; Live returns to the present",
+      live: "Connected: the page shows the present",
     }[name];
     setTitle(link, about);
     document.body.classList.toggle("offline", !store.connected);

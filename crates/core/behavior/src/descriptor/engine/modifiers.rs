@@ -87,6 +87,6 @@ pub(in crate::descriptor) const MODIFIERS: &[EngineType] = &[
             "The answer",
         )],
         &["always"],
-        "This answer when the node is finished, whatever it was",
+        "This answer when the node is finished, instead of its own",
     ),
 ];

@@ -122,7 +122,7 @@ pub(super) fn declaration() -> Json {
         "properties": {
             "type": {"enum": type_names(), "description": "Type of its value"},
             "default": {"description": "Its value after a reset, or where a port is not bound"},
-            "doc": {"type": "string", "description": "What it is for, with its unit"},
+            "doc": {"type": "string", "description": "Purpose, with its unit"},
         },
         "required": ["type"],
         "additionalProperties": false,

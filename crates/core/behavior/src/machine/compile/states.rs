@@ -84,7 +84,7 @@ impl<'a> Compiler<'a> {
         if text.is_empty() || text.contains(['.', '*', '=', ' ', '\n', '\t']) {
             let text = shortened(text);
             let message = format!(
-                "'{text}' is no name of a state; it must not be empty nor contain '.', '*', '=' or spaces"
+                "'{text}' cannot be the name of a state; it must not be empty nor contain '.', '*', '=' or spaces"
             );
             self.problems.add(name.place, message);
         }
@@ -95,7 +95,7 @@ impl<'a> Compiler<'a> {
                 0 => String::new(),
                 line => format!(" (first in line {line})"),
             };
-            let message = format!("state '{full}' is there twice{line}; rename one of them");
+            let message = format!("state '{full}' is defined twice{line}; rename one of them");
             self.problems.add(name.place, message);
         }
     }

@@ -172,7 +172,7 @@ pub(super) fn rate_taken(
         (_, true) => format!("{EFFORT} N"),
     };
     if stated == 0.0 {
-        let what = format!("a limit of {key} of 0 lets nothing move; {default} is taken");
+        let what = format!("a limit of {key} of 0 allows no motion; {default} is taken");
         return (0.0, Some(what));
     }
     if stated > MAX_QUANTITY {

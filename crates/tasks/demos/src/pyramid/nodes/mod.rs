@@ -68,8 +68,8 @@ fn answer(holds: bool) -> Status {
 fn calibrate(job: &Arc<Pyramid>) -> NodeType<Station> {
     let about = (
         "CalibratePlaceTargets",
-        "Compares the stack with what is seen, and shifts and turns the targets of the \
-         place by how the cube is in the gripper.",
+        "Compares the stack with the observed cubes, and shifts and turns the targets \
+         of the place by the pose of the cube in the gripper.",
     );
     node_type(about, job, |notes, _| {
         Ok(Plain {
@@ -101,7 +101,7 @@ fn counting(node_type: NodeType<Station>) -> NodeType<Station> {
 fn check_complete(job: &Arc<Pyramid>) -> NodeType<Station> {
     let about = (
         "CheckStackComplete",
-        "Compares the arm's stack with what is seen, and succeeds when it has the \
+        "Compares the arm's stack with the observed cubes, and succeeds when it has the \
          required number of cubes.",
     );
     counting(node_type(about, job, |notes, binder| {
@@ -124,7 +124,7 @@ fn mark_placed(job: &Arc<Pyramid>) -> NodeType<Station> {
     let about = (
         "MarkCubePlaced",
         "Adds the cube to the arm's stack if it is seen there, and notes when the stack \
-         is complete. Once more changes nothing.",
+         is complete. A repetition changes nothing.",
     );
     counting(node_type(about, job, |notes, binder| {
         let required = binder.input::<i64>("required_count")?;

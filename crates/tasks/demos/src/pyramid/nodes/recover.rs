@@ -54,8 +54,8 @@ pub(super) fn node_type(job: &Arc<Pyramid>) -> NodeType<Station> {
         "RecoverCube",
         "Takes the centre, opens the gripper, moves above the arm's cube and waits \
          there until it is at rest. Fails when that is done, so that a selector \
-         continues with the pick-up, and at once when a cube is in the gripper; one \
-         that another arm works at is let go of first.",
+         continues with the pick-up, and at once when a cube is in the gripper; a \
+         cube that another arm works at is released first.",
     );
     super::node_type(about, job, RecoverCube::new)
         .aliases(&["FrankaRecoverCube"])
@@ -187,7 +187,7 @@ impl RecoverCube {
         cx.world.stay(GripperGoal::Open);
         if state.let_go.replace(held) != Some(held) {
             let (arm, name) = (self.notes.me, cx.world.setup.object_name(held));
-            let why = format_args!("[recover] {arm}: lets {name} go, it is another arm's");
+            let why = format_args!("[recover] {arm}: releases {name}, another arm works at it");
             cx.world.out.event(TraceEvent::Recover, why);
         }
     }

@@ -179,7 +179,7 @@ impl Leaf<StackHost> for PhaseLeaf {
             return Ok(Status::Success);
         }
         let Some(mut transfer) = *cx.world.transfer else {
-            return Err(Fault::Node("a phase began without a cube"));
+            return Err(Fault::Node("a phase started without a cube"));
         };
         let status = self.work(&mut transfer, cx.world);
         // A job that failed and is started again checks the content of the gripper.

@@ -95,7 +95,7 @@ pub(super) fn was_undone(is_still_done: Option<&StillDone>, world: &mut World<'_
     }
     let arm = world.arm_name();
     world.out.log(format_args!(
-        "[retry] {arm}: what it did was undone; the tree starts again"
+        "[retry] {arm}: its result was undone; the tree starts again"
     ));
     true
 }

@@ -45,7 +45,7 @@ pub(super) fn node_type(keys: WorkKeys) -> NodeType<Station> {
     )
     .aliases(&["FrankaSetGripper"])
     .keywords(&["hand", "fingers", "open", "close", "grasp", "release"])
-    .input::<Str>("command", "what the gripper shall do")
+    .input::<Str>("command", "command to the gripper")
     .one_of(&["open", "close"])
     .input_or("pre_open", 0.25, "time before it opens (s)")
     .within(0.0, 60.0)
@@ -118,7 +118,7 @@ impl Leaf<Station> for SetGripper {
             "open" => (GripperGoal::Open, cx.get(&self.pre_open)?),
             "close" => (GripperGoal::Close, cx.get(&self.pre_close)?),
             other => {
-                let why = format_args!("[error] '{other}' is no command; open and close are");
+                let why = format_args!("[error] '{other}' is not a command; open and close are");
                 cx.world.out.event(TraceEvent::Fault, why);
                 return Ok(Status::Failure);
             }

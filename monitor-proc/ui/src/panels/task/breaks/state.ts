@@ -15,7 +15,7 @@ export function reached({ status }: Store): string | null {
 
 /** Why no breakpoint can be set or removed now, or null. */
 export function breakRefusal(context: PanelContext): string | null {
-  if (breaksOf(context.store) === null) return "there is no cell to pause";
+  if (breaksOf(context.store) === null) return "no cell to pause";
   return context.cellRefusal();
 }
 
