@@ -1,13 +1,13 @@
 //! One arm in one decision.
 
-use ipc_types::{GripperGoal, Pose};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use robocell_skills::{Way, World};
 
 use crate::command::{Command, PoseCommand};
-use crate::inner::{Inner, Shared, lock};
-use crate::skill::{Skill, Status};
+use crate::decision::Decision;
+use crate::inner::{Shared, lock};
+use crate::work::{Status, Work, gripper_of, pose_of};
 
 /// One arm in one decision.
 #[pyclass(frozen, module = "robocell._core")]
@@ -21,8 +21,8 @@ impl Arm {
         Self { shared, index }
     }
 
-    fn check_joints(&self, inner: &Inner, positions: &[f64]) -> PyResult<()> {
-        let count = inner.joint_count(self.index);
+    fn check_joints(&self, decision: &Decision, positions: &[f64]) -> PyResult<()> {
+        let count = decision.joint_count(self.index);
         if positions.len() == count && positions.iter().all(|x| x.is_finite()) {
             return Ok(());
         }
@@ -32,36 +32,8 @@ impl Arm {
     }
 
     fn see<R>(&self, look: impl FnOnce(&mut World<'_>) -> R) -> R {
-        lock(&self.shared).world(self.index, look)
+        lock(&self.shared).decision.world(self.index, look)
     }
-}
-
-/// A gripper command by its name.
-pub(crate) fn gripper_of(word: &str) -> PyResult<GripperGoal> {
-    match word {
-        "keep" => Ok(GripperGoal::Keep),
-        "open" => Ok(GripperGoal::Open),
-        "close" => Ok(GripperGoal::Close),
-        _ => Err(PyValueError::new_err(format!(
-            "gripper '{word}' is unknown; 'open', 'close' and 'keep' are allowed"
-        ))),
-    }
-}
-
-/// A pose with a unit quaternion.
-pub(crate) fn pose_of(position: [f64; 3], orientation_wxyz: [f64; 4]) -> PyResult<Pose> {
-    let norm = orientation_wxyz.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let good = position.iter().all(|x| x.is_finite()) && norm.is_finite() && norm > 1e-6;
-    if !good {
-        return Err(PyValueError::new_err(format!(
-            "no pose: position {position:?} m, orientation {orientation_wxyz:?} (w x y z); finite \
-             numbers are needed, and an orientation that is not zero"
-        )));
-    }
-    Ok(Pose {
-        position,
-        orientation_wxyz: orientation_wxyz.map(|x| x / norm),
-    })
 }
 
 #[pymethods]
@@ -109,22 +81,26 @@ impl Arm {
     /// Whether an object is at rest.
     fn is_at_rest(&self, object: &str) -> PyResult<bool> {
         let mut inner = lock(&self.shared);
-        let object = inner.object(object)?;
-        Ok(inner.world(self.index, |world| world.is_at_rest(object)))
+        let object = inner.decision.object(object)?;
+        Ok(inner
+            .decision
+            .world(self.index, |world| world.is_at_rest(object)))
     }
 
     /// Whether an object covers another.
     fn is_covered(&self, object: &str) -> PyResult<bool> {
         let mut inner = lock(&self.shared);
-        let object = inner.object(object)?;
-        Ok(inner.world(self.index, |world| world.is_covered(object)))
+        let object = inner.decision.object(object)?;
+        Ok(inner
+            .decision
+            .world(self.index, |world| world.is_covered(object)))
     }
 
     /// The TCP with which this arm grips an object as it is now: position and turn.
     fn grip_pose(&self, object: &str, above_m: f64) -> PyResult<Option<([f64; 3], [f64; 4])>> {
         let mut inner = lock(&self.shared);
-        let object = inner.object(object)?;
-        Ok(inner.world(self.index, |world| {
+        let object = inner.decision.object(object)?;
+        Ok(inner.decision.world(self.index, |world| {
             let at = world.placement(object)?;
             let pose = world.grip_pose(object, at, above_m);
             Some((pose.position, pose.orientation_wxyz))
@@ -160,19 +136,25 @@ impl Arm {
         }
         let mut inner = lock(&self.shared);
         if let Some(posture) = &posture {
-            self.check_joints(&inner, posture)?;
+            self.check_joints(&inner.decision, posture)?;
         }
         let (mut object_mask, mut way) = (u64::MAX, Way::default());
         for name in &guides {
-            way.guides |= inner.obstacle(name)?;
+            way.guides |= inner.decision.obstacle(name)?;
         }
         for name in &ignore {
-            if let Ok(bit) = inner.obstacle(name) {
+            if let Ok(bit) = inner.decision.obstacle(name) {
                 way.ignored |= bit;
                 continue;
             }
-            let object = inner.object(name)?;
-            if let Some(bit) = inner.setup.objects.get(object).and_then(|o| o.obstacle_bit) {
+            let object = inner.decision.object(name)?;
+            if let Some(bit) = inner
+                .decision
+                .setup
+                .objects
+                .get(object)
+                .and_then(|o| o.obstacle_bit)
+            {
                 object_mask &= !(1 << bit);
             }
         }
@@ -183,7 +165,7 @@ impl Arm {
             approach_m,
             approach_std_dev_m,
             object_mask,
-            obstacle_mask: way.obstacle_mask(&inner.setup),
+            obstacle_mask: way.obstacle_mask(&inner.decision.setup),
             posture,
         };
         inner.tell(self.index, Command::Pose(command))
@@ -193,7 +175,7 @@ impl Arm {
     fn send_joints(&self, positions: Vec<f64>, gripper: &str, avoids: bool) -> PyResult<()> {
         let gripper = gripper_of(gripper)?.code();
         let mut inner = lock(&self.shared);
-        self.check_joints(&inner, &positions)?;
+        self.check_joints(&inner.decision, &positions)?;
         let command = Command::Joints {
             positions,
             gripper,
@@ -214,12 +196,11 @@ impl Arm {
     }
 
     /// Lets a skill lead the arm from the next decision on; outside of decisions only.
-    fn begin(&self, skill: &Bound<'_, Skill>) -> PyResult<()> {
-        let mut skill = skill.borrow().clone();
+    fn begin(&self, mut skill: Work) -> PyResult<()> {
         skill.restart();
         let mut inner = lock(&self.shared);
         // Without a policy nobody is told of an exception in a decision.
-        skill.check_names(&inner)?;
+        skill.check_names(&inner.decision)?;
         inner.tell(self.index, Command::Skill(skill, None))
     }
 

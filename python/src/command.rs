@@ -6,8 +6,8 @@ use robocell_skills::World;
 use robocell_task::{ArmIntent, GoalKind};
 use serde::{Deserialize, Serialize};
 
-use crate::inner::Inner;
-use crate::skill::{Skill, Status};
+use crate::decision::Decision;
+use crate::work::{Status, Work};
 
 /// A target nearer than this to the one before is the same goal, moved (m).
 const SAME_GOAL_M: f64 = 0.05;
@@ -32,7 +32,7 @@ pub(crate) enum Command {
     /// No motion.
     Hold,
     /// The steps of a skill; how it ended.
-    Skill(Skill, Option<Status>),
+    Skill(Work, Option<Status>),
 }
 
 /// Part of [`Command::Pose`].
@@ -54,21 +54,21 @@ impl Command {
     ///
     /// # Errors
     /// For a skill with a name that the cell does not have.
-    pub(crate) fn give(&mut self, inner: &mut Inner, arm: usize) -> PyResult<()> {
+    pub(crate) fn give(&mut self, decision: &mut Decision, arm: usize) -> PyResult<()> {
         match self {
-            Self::Pose(pose) => inner.world(arm, |world| pose.give(world)),
+            Self::Pose(pose) => decision.world(arm, |world| pose.give(world)),
             Self::Joints {
                 positions,
                 gripper,
                 avoids,
             } => {
                 let selector = if *avoids { 0 } else { JOINT_PD };
-                inner.world(arm, |world| joints(world, positions, *gripper, selector));
+                decision.world(arm, |world| joints(world, positions, *gripper, selector));
             }
-            Self::Grip(gripper) => inner.world(arm, |world| world.stay(goal(*gripper))),
-            Self::Hold => inner.world(arm, |world| world.hold()),
+            Self::Grip(gripper) => decision.world(arm, |world| world.stay(goal(*gripper))),
+            Self::Hold => decision.world(arm, |world| world.hold()),
             Self::Skill(skill, ended @ (None | Some(Status::RUNNING))) => {
-                *ended = Some(skill.work(inner, arm)?);
+                *ended = Some(skill.step(decision, arm)?);
             }
             Self::Skill(..) => {}
         }

@@ -4,6 +4,7 @@
 mod about;
 mod arm;
 mod command;
+mod decision;
 mod inner;
 mod moment;
 mod outside;
@@ -14,6 +15,7 @@ mod recording;
 mod sim;
 mod skill;
 mod tree;
+mod work;
 
 use pyo3::prelude::*;
 
@@ -23,7 +25,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<moment::Moment>()?;
     module.add_class::<arm::Arm>()?;
     module.add_class::<skill::Skill>()?;
-    module.add_class::<skill::Status>()?;
+    module.add_class::<work::Status>()?;
     module.add_class::<sim::Sim>()?;
     module.add_class::<tree::FileTree>()?;
     module.add_function(wrap_pyfunction!(sim::step_all, module)?)?;

@@ -53,7 +53,7 @@ impl Moment {
         let mut shown = self.state.bind(py).try_readwrite()?;
         shown
             .as_slice_mut()?
-            .copy_from_slice(inner.state.as_bytes());
+            .copy_from_slice(inner.decision.state.as_bytes());
         Ok(())
     }
 }
@@ -75,24 +75,24 @@ impl Moment {
     /// Policy time (s).
     #[getter]
     fn time_s(&self) -> f64 {
-        lock(&self.shared).time.seconds()
+        lock(&self.shared).decision.time.seconds()
     }
 
     /// Whether decisions were missed before this one.
     #[getter]
     fn resumed(&self) -> bool {
-        lock(&self.shared).resumed
+        lock(&self.shared).decision.resumed
     }
 
     /// The start event was given, for jobs that wait for one.
     #[getter]
     fn started(&self) -> bool {
-        lock(&self.shared).job.started
+        lock(&self.shared).decision.job.started
     }
 
     /// The arm of that index.
     fn arm(&self, index: usize) -> PyResult<Arm> {
-        let count = lock(&self.shared).setup.arms.len();
+        let count = lock(&self.shared).decision.setup.arms.len();
         if index >= count {
             let problem = format!("arm {index} does not exist; the cell has {count}");
             return Err(PyValueError::new_err(problem));
@@ -125,7 +125,7 @@ impl Moment {
             yaw_rad,
             pattern,
         };
-        let setup = &mut lock(&self.shared).setup;
+        let setup = &mut lock(&self.shared).decision.setup;
         setup.places.retain(|place| place.name != name);
         setup.add_place(name, &table);
         Ok(())
@@ -134,15 +134,15 @@ impl Moment {
     /// Objects in slots of a place, in the order of the cell file.
     fn placed(&self, place: &str, tolerance_m: f64) -> PyResult<Vec<String>> {
         let mut inner = lock(&self.shared);
-        let place = inner.place(place)?;
-        let objects = inner.setup.objects.len();
-        let placed: Vec<usize> = inner.world(0, |world| {
+        let place = inner.decision.place(place)?;
+        let objects = inner.decision.setup.objects.len();
+        let placed: Vec<usize> = inner.decision.world(0, |world| {
             let placed = |object: &usize| world.slot_of(*object, place, tolerance_m).is_some();
             (0..objects).filter(placed).collect()
         });
         let names = placed
             .into_iter()
-            .map(|o| inner.setup.object_name(o).to_owned());
+            .map(|o| inner.decision.setup.object_name(o).to_owned());
         Ok(names.collect())
     }
 
@@ -152,21 +152,22 @@ impl Moment {
     fn report(&self, done: bool, placed: Option<Vec<String>>) -> PyResult<()> {
         let mut inner = lock_open(&self.shared)?;
         let Some(placed) = placed else {
-            inner.world(0, |world| world.report(done));
+            inner.decision.world(0, |world| world.report(done));
             return Ok(());
         };
-        let indices: PyResult<Vec<usize>> = placed.iter().map(|n| inner.object(n)).collect();
+        let indices: PyResult<Vec<usize>> =
+            placed.iter().map(|n| inner.decision.object(n)).collect();
         let indices = indices?.into_iter().filter_map(|i| u32::try_from(i).ok());
         let inner = &mut *inner;
-        inner.job.placed.clear();
+        inner.decision.job.placed.clear();
         // An object that is named twice is placed once, so that all fit.
         for index in indices {
-            if !inner.job.placed.contains(&index) {
-                inner.job.placed.push(index);
+            if !inner.decision.job.placed.contains(&index) {
+                inner.decision.job.placed.push(index);
             }
         }
-        inner.job.done = done;
-        inner.out.outcome = if done {
+        inner.decision.job.done = done;
+        inner.decision.out.outcome = if done {
             Outcome::Done
         } else {
             Outcome::Running
@@ -177,20 +178,25 @@ impl Moment {
     /// Gives the job up. `reason` is a stable name; `why` is for the log.
     fn fail(&self, reason: &str, why: &str) -> PyResult<()> {
         let mut inner = lock_open(&self.shared)?;
-        inner.world(0, |world| world.fail(reason, format_args!("{why}")));
+        inner
+            .decision
+            .world(0, |world| world.fail(reason, format_args!("{why}")));
         Ok(())
     }
 
     /// Adds a log line.
     fn log(&self, line: &str) -> PyResult<()> {
-        lock_open(&self.shared)?.out.log(format_args!("{line}"));
+        lock_open(&self.shared)?
+            .decision
+            .out
+            .log(format_args!("{line}"));
         Ok(())
     }
 
     /// Adds a log line about the end of a phase or a transition.
     fn transition(&self, line: &str) -> PyResult<()> {
         let mut inner = lock_open(&self.shared)?;
-        inner.out.transition(format_args!("{line}"));
+        inner.decision.out.transition(format_args!("{line}"));
         Ok(())
     }
 
@@ -198,7 +204,7 @@ impl Moment {
     fn count(&self, what: &str, line: &str) -> PyResult<()> {
         let mut inner = lock_open(&self.shared)?;
         let inner = &mut *inner;
-        let counters = &mut inner.job.counters;
+        let counters = &mut inner.decision.job.counters;
         let (counter, event) = match what {
             "drop" => (&mut counters.drops, TraceEvent::Drop),
             "resync" => (&mut counters.resyncs, TraceEvent::Resync),
@@ -213,7 +219,7 @@ impl Moment {
             }
         };
         *counter = counter.saturating_add(1);
-        inner.out.event(event, format_args!("{line}"));
+        inner.decision.out.event(event, format_args!("{line}"));
         Ok(())
     }
 
@@ -221,21 +227,21 @@ impl Moment {
     fn status(&self, graph: usize, node: usize, change: (u8, u8), why: &str) -> PyResult<()> {
         let mut inner = lock_open(&self.shared)?;
         let (from, to) = (status_of(change.0), status_of(change.1));
-        inner.out.status((graph, node), from, to, why);
+        inner.decision.out.status((graph, node), from, to, why);
         Ok(())
     }
 
     /// Adds the answer of a guard.
     fn guard(&self, graph: usize, node: usize, name: &str, holds: bool) -> PyResult<()> {
         let mut inner = lock_open(&self.shared)?;
-        inner.out.guard((graph, node), name, holds);
+        inner.decision.out.guard((graph, node), name, holds);
         Ok(())
     }
 
     /// Adds the value of a key of a blackboard.
     fn key(&self, graph: usize, scope: &str, key: &str, value: &str) -> PyResult<()> {
         let mut inner = lock_open(&self.shared)?;
-        inner.out.key(graph, scope, key, &value);
+        inner.decision.out.key(graph, scope, key, &value);
         Ok(())
     }
 

@@ -30,7 +30,7 @@ impl Memory {
     pub(crate) fn of(inner: &Inner) -> Self {
         Self {
             kept: inner.kept().to_vec(),
-            arms: inner.memories.clone(),
+            arms: inner.decision.memories.clone(),
             asked: inner.asked,
         }
     }
@@ -38,8 +38,8 @@ impl Memory {
     /// Gives it back to `inner`.
     pub(crate) fn put(self, inner: &mut Inner) {
         inner.keep(self.kept);
-        if self.arms.len() == inner.memories.len() {
-            inner.memories = self.arms;
+        if self.arms.len() == inner.decision.memories.len() {
+            inner.decision.memories = self.arms;
         }
         inner.asked = self.asked;
     }
@@ -61,14 +61,14 @@ impl Outside {
 impl AnyPolicy for Outside {
     fn reset(&mut self) {
         let mut inner = lock(&self.shared);
-        inner.memories.fill(ArmMemory::default());
+        inner.decision.memories.fill(ArmMemory::default());
     }
 
     fn decide(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {
         let mut inner = lock(&self.shared);
-        inner.begin(observation, job, out);
+        inner.decision.begin(observation, job, out);
         let given = inner.give_kept();
-        inner.end(true, job, out);
+        inner.decision.end(true, job, out);
         if let Err(problem) = given {
             out.event(TraceEvent::Fault, format_args!("[fault] {problem}"));
         }

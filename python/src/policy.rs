@@ -95,14 +95,16 @@ impl PyPolicy {
 
     /// Calls a method of the policy inside of a decision.
     fn call(&mut self, method: &str, seen: &Observation<'_>, job: &mut Job, out: &mut Output) {
-        lock(&self.shared).begin(seen, job, out);
+        lock(&self.shared).decision.begin(seen, job, out);
         let answer = Python::attach(|py| {
             let called = self.moment.get().show_state(py);
             let said = called.and_then(|()| self.runner.call_method0(py, method));
             let said = said.and_then(|said| said.extract::<(String, Vec<(String, String)>)>(py));
             said.map_err(|error| (explain(py, &error), error))
         });
-        lock(&self.shared).end(answer.is_ok() && method == "decide", job, out);
+        lock(&self.shared)
+            .decision
+            .end(answer.is_ok() && method == "decide", job, out);
         match answer {
             Ok((phase, lines)) => {
                 self.phase = Text::new(&phase);
@@ -190,8 +192,8 @@ impl AnyPolicy for PyPolicy {
         self.phase = Text::EMPTY;
         {
             let mut inner = lock(&self.shared);
-            inner.memories.fill(ArmMemory::default());
-            inner.resumed = false;
+            inner.decision.memories.fill(ArmMemory::default());
+            inner.decision.resumed = false;
         }
         self.has_resumed = true;
         self.ask(|py, runner| runner.call_method0(py, "reset").map(|_| ()));
@@ -251,8 +253,8 @@ impl AnyPolicy for PyPolicy {
         let inner = lock(&self.shared);
         checkpoint::to_bytes(&Memory {
             object,
-            arms: inner.memories.clone(),
-            resumed: inner.resumed,
+            arms: inner.decision.memories.clone(),
+            resumed: inner.decision.resumed,
         })
     }
 
@@ -261,10 +263,10 @@ impl AnyPolicy for PyPolicy {
         let memory: Memory = checkpoint::from_bytes(bytes)?;
         {
             let mut inner = lock(&self.shared);
-            if memory.arms.len() == inner.memories.len() {
-                inner.memories = memory.arms;
+            if memory.arms.len() == inner.decision.memories.len() {
+                inner.decision.memories = memory.arms;
             }
-            inner.resumed = memory.resumed;
+            inner.decision.resumed = memory.resumed;
         }
         if memory.object.is_empty() {
             self.has_resumed = false;
@@ -291,7 +293,7 @@ impl AnyPolicy for PyPolicy {
     }
 
     fn reconcile(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {
-        lock(&self.shared).resumed = true;
+        lock(&self.shared).decision.resumed = true;
         self.call("reconcile", observation, job, out);
     }
 }

@@ -109,7 +109,7 @@ impl Sim {
     fn advance(&self, ticks: u64) -> PyResult<u64> {
         let mut run = self.lock();
         let done = run.step(ticks, &self.fault).map_err(refused);
-        lock(&self.shared).show(run.sim.state());
+        lock(&self.shared).decision.show(run.sim.state());
         run.take_news();
         if let Some(raised) = peek(&self.fault).take() {
             return Err(raised);
@@ -183,7 +183,7 @@ impl Sim {
             spec.time_limit_s = Some(time_limit_s.unwrap_or(cell.time_limit_s));
         }
         let run = py.detach(|| Run::new(spec, policies)).map_err(refused)?;
-        lock(&shared).show(run.sim.state());
+        lock(&shared).decision.show(run.sim.state());
         let moment = Moment::new(py, Arc::clone(&shared), told);
         let sim = Self {
             run: Mutex::new(run),
@@ -226,7 +226,7 @@ impl Sim {
             spec.seed = seed.unwrap_or(spec.seed);
             {
                 let mut inner = lock(&self.shared);
-                let setup = inner.setup.clone();
+                let setup = inner.decision.setup.clone();
                 *inner = if inner.kept().is_empty() {
                     Inner::new(setup)
                 } else {
@@ -234,7 +234,7 @@ impl Sim {
                 };
             }
             *run = Run::new(spec, run.policies.clone()).map_err(refused)?;
-            lock(&self.shared).show(run.sim.state());
+            lock(&self.shared).decision.show(run.sim.state());
             Ok::<(), PyErr>(())
         })?;
         self.show(py)
@@ -257,7 +257,7 @@ impl Sim {
             if restored.is_err() {
                 before.put(&mut inner);
             }
-            inner.show(run.sim.state());
+            inner.decision.show(run.sim.state());
             restored
         })?;
         self.show(py)

@@ -16,7 +16,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use robocell_task::replaced::replace_leaves;
 
-use crate::skill::Status;
+use crate::work::Status;
 
 /// Calls Python for its leaves.
 struct Python3;

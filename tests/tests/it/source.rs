@@ -26,8 +26,6 @@ const DIALECT: [&str; 11] = [
 /// Options of the command line, each counted where it is defined: those that several verbs flatten
 /// count once. A later change adds an option only where nothing else does its work.
 const OPTIONS: usize = 95;
-/// Packages that still have circles of files.
-const WITH_CIRCLES: [&str; 3] = ["crates/tasks/skills", "crates/tasks/tree-import", "python"];
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
@@ -344,15 +342,10 @@ fn circles(graph: &Graph) -> Vec<String> {
 fn no_two_files_import_each_other() {
     for (package, graph) in imports(&files()) {
         let circles = circles(&graph);
-        if WITH_CIRCLES.contains(&package.as_str()) {
-            // A package without circles leaves the list, so that it stays so.
-            assert!(!circles.is_empty(), "{package} has no circles any more");
-        } else {
-            assert!(
-                circles.is_empty(),
-                "{package}: {circles:?} import each other"
-            );
-        }
+        assert!(
+            circles.is_empty(),
+            "{package}: {circles:?} import each other"
+        );
     }
 }
 

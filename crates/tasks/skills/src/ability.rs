@@ -14,12 +14,13 @@
 use std::f64::consts::FRAC_PI_4;
 use std::fmt;
 
-use cell_model::{ArmSpec, Cell};
+use cell_model::ArmSpec;
 use nalgebra::{Isometry3, Vector3};
 use plan::Found;
 
 use crate::geometry::rotation;
-use crate::setup::{ArmSetup, ObjectSetup, Setup, Tool};
+use crate::setup::arm::{ArmSetup, Tool};
+use crate::setup::object::ObjectSetup;
 
 /// Turns of the tool about the vertical that are tried, `FRAC_PI_4` apart.
 const TURNS: u32 = 8;
@@ -118,37 +119,6 @@ pub fn refusal(arm: &str, object: Option<&str>, lack: Lack) -> String {
         Lack::Reach { .. } => "move it nearer, or the base of the arm",
     };
     format!("arm '{arm}' cannot {what}: it {lack}; {advice}")
-}
-
-/// Warnings about objects that a file picks and that are out of reach at the start. They may be
-/// moved, so the job is not refused.
-pub(crate) fn far_picks(cell: &Cell, setup: &Setup) -> Vec<String> {
-    let warning = |(arm, object): (usize, usize)| {
-        let (of, spec) = (setup.arms.get(arm)?, cell.arms.get(arm)?);
-        let (found, known) = (cell.objects.get(object)?, setup.objects.get(object)?);
-        // A parked object is not in the cell yet; its position means nothing.
-        if found.parked {
-            return None;
-        }
-        let [x, y, z] = found.pose.translation.vector.into();
-        let grip = Vector3::new(x, y, z + of.tool.grasp_height(known));
-        let off = (grip - of.base).xy().norm();
-        // The distance is checked first: it is a comparison, while the search takes 3 to 63 ms
-        // (ADR 0026).
-        let why = if of.reaches(grip) {
-            let lack = lacks(of, Need::Reach(spec, &[grip]))?;
-            format!("it {lack}")
-        } else {
-            let reach = of.reach_m;
-            format!("it reaches {reach:.2} m of {off:.2} m")
-        };
-        // Kept short: a line of the trace has 160 bytes.
-        let (arm, object) = (&of.name, &known.name);
-        Some(format!(
-            "{arm} cannot pick {object} at [{x:.2}, {y:.2}, {z:.2}]: {why}; move it nearer"
-        ))
-    };
-    setup.picks.all().into_iter().filter_map(warning).collect()
 }
 
 /// How near the tool of `spec` gets to the nearest of `points`; `None` if it gets there.

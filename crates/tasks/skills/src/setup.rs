@@ -1,25 +1,21 @@
 //! A cell as skills need it, resolved once from its files.
 
-mod arm;
-mod object;
+pub(crate) mod arm;
+pub(crate) mod object;
 
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use cell_model::{Cell, suggest};
-use nalgebra::Vector2;
+use nalgebra::Vector3;
 use robocell_task::SetupError;
 use robocell_task::job::Placement;
 
 use crate::ability::{self, Need};
-use crate::geometry;
-use crate::settings::PlaceTable;
+use crate::settings::place::PlaceTable;
 
-pub use arm::{ArmSetup, Tool, suction_arm};
+pub use arm::{ARM, ArmSetup, Tool, suction_arm};
 pub use object::ObjectSetup;
-
-/// Index of the arm of a job with one arm.
-pub const ARM: usize = 0;
 
 /// A named place: one slot, or a pattern of them in their order.
 #[derive(Clone, Debug, PartialEq)]
@@ -170,6 +166,37 @@ impl Setup {
         lack.map_or(Ok(()), |why| Err(SetupError::new(cell, why)))
     }
 
+    /// Warnings about objects that a file picks and that are out of reach at the start. They may be
+    /// moved, so the job is not refused.
+    pub(crate) fn far_picks(&self, cell: &Cell) -> Vec<String> {
+        let warning = |(arm, object): (usize, usize)| {
+            let (of, spec) = (self.arms.get(arm)?, cell.arms.get(arm)?);
+            let (found, known) = (cell.objects.get(object)?, self.objects.get(object)?);
+            // A parked object is not in the cell yet; its position means nothing.
+            if found.parked {
+                return None;
+            }
+            let [x, y, z] = found.pose.translation.vector.into();
+            let grip = Vector3::new(x, y, z + of.tool.grasp_height(known));
+            let off = (grip - of.base).xy().norm();
+            // The distance is checked first: it is a comparison, while the search takes 3 to 63 ms
+            // (ADR 0026).
+            let why = if of.reaches(grip) {
+                let lack = ability::lacks(of, Need::Reach(spec, &[grip]))?;
+                format!("it {lack}")
+            } else {
+                let reach = of.reach_m;
+                format!("it reaches {reach:.2} m of {off:.2} m")
+            };
+            // Kept short: a line of the trace has 160 bytes.
+            let (arm, object) = (&of.name, &known.name);
+            Some(format!(
+                "{arm} cannot pick {object} at [{x:.2}, {y:.2}, {z:.2}]: {why}; move it nearer"
+            ))
+        };
+        self.picks.all().into_iter().filter_map(warning).collect()
+    }
+
     /// Name of an object, for logs.
     pub fn object_name(&self, object: usize) -> &str {
         self.objects.get(object).map_or("?", |o| o.name.as_str())
@@ -206,17 +233,9 @@ fn need(
     })
 }
 
-pub(crate) fn place(name: &str, table: &PlaceTable) -> PlaceSetup {
-    let along = |offset: [f64; 3]| {
-        let plane = geometry::turned(Vector2::new(offset[0], offset[1]), table.yaw_rad);
-        let [x, y, z] = table.position_m;
-        Placement {
-            position: [x + plane.x, y + plane.y, z + offset[2]],
-            yaw: table.yaw_rad,
-        }
-    };
+fn place(name: &str, table: &PlaceTable) -> PlaceSetup {
     PlaceSetup {
         name: name.to_owned(),
-        slots: table.offsets().into_iter().map(along).collect(),
+        slots: table.slots(),
     }
 }

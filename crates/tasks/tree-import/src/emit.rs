@@ -2,12 +2,11 @@
 
 use behavior::descriptor::limits::{MAX_ENTRIES, MAX_NAME, MAX_PORTS};
 use behavior::descriptor::{Errors, FORMAT};
-use behavior::value::STR_BYTES;
 use serde_json::Value;
 
+use crate::bind::{no_text, number, shortest, truth};
 use crate::document::Project;
-use crate::leaves::{LeafUse, holder};
-use crate::out::{At, Bind, Out};
+use crate::out::{At, Bind, LeafUse, Out};
 use crate::provided::{self, Provided};
 use crate::script::Constant;
 use crate::translate::{Key, Translated, Tree};
@@ -209,7 +208,7 @@ impl Emitter<'_> {
 
     /// The type of a port, and its name.
     fn port_type(&self, leaf: &str, port: &str) -> (Type, &'static str) {
-        let (types, port) = (&self.translated.types, holder(leaf, port));
+        let (types, port) = (&self.translated.types, Holder::port(leaf, port));
         let value_type = types.of(&port);
         if types.is_any(&port) {
             return (value_type, "any");
@@ -347,47 +346,4 @@ impl Emitter<'_> {
         self.refuse(at, &why);
         None
     }
-}
-
-/// Why a text cannot be a value; none if it can.
-pub(crate) fn no_text(text: &str) -> Option<String> {
-    match text {
-        _ if text.len() > STR_BYTES => {
-            let found = text.len();
-            Some(format!(
-                "a text of {found} bytes; a value has at most {STR_BYTES}"
-            ))
-        }
-        _ if text.contains("${") => {
-            Some(format!("'${{' in '{text}' is the beginning of a constant"))
-        }
-        _ => None,
-    }
-}
-
-/// The text of an attribute as a truth value.
-pub(crate) fn truth(word: &str) -> Option<Value> {
-    match word {
-        // The words that BehaviorTree.CPP converts to bool.
-        "true" | "True" | "TRUE" | "1" => Some(true.into()),
-        "false" | "False" | "FALSE" | "0" => Some(false.into()),
-        _ => None,
-    }
-}
-
-/// The text of an attribute as a number.
-pub(crate) fn number(word: &str) -> Option<Value> {
-    let value: f64 = word.parse().ok()?;
-    value.is_finite().then(|| shortest(value))
-}
-
-/// A number without a fraction where it is whole: `1`, not `1.0`.
-fn shortest(value: f64) -> Value {
-    // Whole numbers up to 2^53 are exact.
-    const EXACT: f64 = 9_007_199_254_740_992.0;
-    #[allow(clippy::cast_possible_truncation, reason = "it is whole and in range")]
-    if value.fract() == 0.0 && value.abs() <= EXACT {
-        return (value as i64).into();
-    }
-    value.into()
 }

@@ -1,46 +1,16 @@
-//! Node types of the author: leaves that a program provides.
+//! Node types of the author: leaves that a program, or a subtree of a file, provides.
 
 use std::collections::BTreeMap;
 
-use behavior::descriptor::engine_types;
+use behavior::descriptor::{PortSignature, Signature, engine_types};
+use behavior::suggest;
 
 use crate::bind::{self, Value};
 use crate::document::{Element, Model, PortModel};
-use crate::out::{At, Bind};
+use crate::out::{At, Bind, LeafUse, PortUse};
+use crate::provided::{BoundKey, Target, named, type_of};
 use crate::translate::{Part, Translator};
 use crate::types::{Holder, Type};
-
-/// A type of leaf, as far as its uses and the model define it.
-#[derive(Debug)]
-pub(crate) struct LeafUse {
-    pub condition: bool,
-    pub ports: BTreeMap<String, PortUse>,
-    pub place: String,
-}
-
-/// A port of a leaf.
-#[derive(Debug, Default)]
-pub(crate) struct PortUse {
-    /// From the model: whether it is read, and written.
-    pub model: Option<(bool, bool)>,
-    /// It is bound to a key somewhere.
-    pub keyed: bool,
-    /// As text.
-    pub default: Option<(String, At)>,
-}
-
-impl PortUse {
-    /// The access to its key. An unknown port may write.
-    pub(crate) fn access(&self) -> &'static str {
-        match self.model {
-            Some((true, false)) => "read",
-            Some((false, true)) => "write",
-            Some(_) => "both",
-            None if self.keyed => "both",
-            None => "read",
-        }
-    }
-}
 
 impl Translator<'_> {
     pub(crate) fn leaf(&mut self, element: &Element, depth: usize) -> Option<Part> {
@@ -121,7 +91,7 @@ impl Translator<'_> {
     }
 
     fn modelled(&mut self, leaf: &str, port: &PortModel, at: &At) -> PortUse {
-        let holder = holder(leaf, &port.name);
+        let holder = Holder::port(leaf, &port.name);
         let found = port.type_name.as_deref().and_then(Type::of_cpp);
         if let Some(found) = found
             && let Err(before) = self.types.is(&holder, found)
@@ -144,7 +114,7 @@ impl Translator<'_> {
 
     fn leaf_port(&mut self, element: &Element, leaf: &str, port: &str, text: &str) -> Bind {
         let at = At::of(element);
-        let holder = holder(leaf, port);
+        let holder = Holder::port(leaf, port);
         let known = self.leaves.get_mut(leaf);
         let known = known.map(|known| known.ports.entry(port.to_owned()).or_default());
         match bind::value(port, text) {
@@ -167,13 +137,131 @@ impl Translator<'_> {
             }
         }
     }
+
+    /// A use of the subtree that provides a leaf.
+    fn provided_leaf(
+        &mut self,
+        element: &Element,
+        (name, signature): (&str, &Signature),
+        model: Option<&Model>,
+    ) -> Option<Part> {
+        let own = named(name, signature);
+        let mut out = self.out(element, "Subtree", Vec::new());
+        out.subtree = Some(name.to_owned());
+        let values = values(element, model);
+        let ports: Vec<&str> = signature.ports.iter().map(|p| p.name.as_str()).collect();
+        // Every port is tested before the use is refused, so that all mistakes are reported.
+        let mut fits = true;
+        for (port, text, access) in &values {
+            let Some(declared) = signature.ports.iter().find(|p| p.name == *port) else {
+                let advice = suggest::advice(port, &ports);
+                self.refuse(element, format!("{own} has no port '{port}'; {advice}"));
+                fits = false;
+                continue;
+            };
+            match self.provided_port(element, (name, &own), declared, (text, *access)) {
+                Some(bind) => out = out.bound(port, bind),
+                None => fits = false,
+            }
+        }
+        for port in signature.ports.iter().filter(|port| port.needed) {
+            if !values.iter().any(|(name, ..)| *name == port.name) {
+                self.refuse(element, format!("{own} needs the port '{}'", port.name));
+                fits = false;
+            }
+        }
+        fits.then(|| Part::of(out))
+    }
+
+    fn provided_port(
+        &mut self,
+        element: &Element,
+        (name, own): (&str, &str),
+        declared: &PortSignature,
+        (text, access): (&str, Option<Access>),
+    ) -> Option<Bind> {
+        let port = declared.name.as_str();
+        let target = Target {
+            value_type: declared.value_type,
+            port: format!("port '{port}' of {own}"),
+        };
+        let key = match bind::value(port, text) {
+            // A literal has no place for the output of the leaf.
+            Value::Text(_) if access.is_some_and(Access::is_output) => {
+                let why = format!("{} is an output; bind it to a key, {{KEY}}", target.port);
+                self.refuse(element, why);
+                return None;
+            }
+            Value::Text(text) => match target.literal(text) {
+                Ok(value) => return Some(Bind::Fixed(value)),
+                Err(why) => {
+                    self.refuse(element, why);
+                    return None;
+                }
+            },
+            // An unknown access may write.
+            Value::Key(key) => self.key(key, access.is_none_or(|access| access.writes)),
+        };
+        let (of_port, of_key) = (Holder::port(name, port), self.holder(&key));
+        // A difference is reported when all types are known.
+        if let Some(value_type) = type_of(target.value_type)
+            && self.types.is(&of_port, value_type).is_ok()
+        {
+            self.types.takes(&of_port, &of_key);
+        }
+        self.bound.push(BoundKey {
+            at: At::of(element),
+            key: of_key,
+            name: key.clone(),
+            target,
+        });
+        Some(Bind::Key(key))
+    }
 }
 
-pub(crate) fn holder(leaf: &str, port: &str) -> Holder {
-    Holder::Port {
-        leaf: leaf.to_owned(),
-        port: port.to_owned(),
+/// The access of a port in the model.
+#[derive(Clone, Copy)]
+struct Access {
+    reads: bool,
+    writes: bool,
+}
+
+impl Access {
+    fn of(port: &PortModel) -> Self {
+        Self {
+            reads: port.reads,
+            writes: port.writes,
+        }
     }
+
+    fn is_output(self) -> bool {
+        self.writes && !self.reads
+    }
+}
+
+/// The bound ports with their texts: attributes, and defaults of the model.
+fn values<'e>(
+    element: &'e Element,
+    model: Option<&'e Model>,
+) -> Vec<(&'e str, &'e str, Option<Access>)> {
+    let modelled = model
+        .map(|model| model.ports.as_slice())
+        .unwrap_or_default();
+    let access = |name: &str| {
+        let port = modelled.iter().find(|port| port.name == name);
+        port.map(Access::of)
+    };
+    let attributes = element.attributes.iter();
+    let attributes =
+        attributes.filter(|(name, _)| name != "name" && name != "ID" && !name.starts_with('_'));
+    let given = attributes.map(|(name, text)| (name.as_str(), text.as_str(), access(name)));
+    let defaults = modelled.iter().filter_map(|port| {
+        // An empty default means that there is none.
+        let text = port.default.as_deref().filter(|text| !text.is_empty())?;
+        let is_given = element.get(&port.name).is_some();
+        (!is_given).then_some((port.name.as_str(), text, Some(Access::of(port))))
+    });
+    given.chain(defaults).collect()
 }
 
 /// The name of the leaf here, which must not be that of a node of the engine.

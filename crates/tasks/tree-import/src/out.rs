@@ -1,5 +1,7 @@
 //! Nodes of the tree that is written, before the types of its keys are known.
 
+use std::collections::BTreeMap;
+
 use behavior::descriptor::json::Location;
 use serde_json::Value as Json;
 
@@ -79,5 +81,37 @@ impl Out {
     pub(crate) fn bound(mut self, name: &str, bind: Bind) -> Self {
         self.ports.push((name.to_owned(), bind));
         self
+    }
+}
+
+/// A type of leaf, as far as its uses and the model define it.
+#[derive(Debug)]
+pub(crate) struct LeafUse {
+    pub condition: bool,
+    pub ports: BTreeMap<String, PortUse>,
+    pub place: String,
+}
+
+/// A port of a leaf.
+#[derive(Debug, Default)]
+pub(crate) struct PortUse {
+    /// From the model: whether it is read, and written.
+    pub model: Option<(bool, bool)>,
+    /// It is bound to a key somewhere.
+    pub keyed: bool,
+    /// As text.
+    pub default: Option<(String, At)>,
+}
+
+impl PortUse {
+    /// The access to its key. An unknown port may write.
+    pub(crate) fn access(&self) -> &'static str {
+        match self.model {
+            Some((true, false)) => "read",
+            Some((false, true)) => "write",
+            Some(_) => "both",
+            None if self.keyed => "both",
+            None => "read",
+        }
     }
 }

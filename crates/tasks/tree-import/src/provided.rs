@@ -3,17 +3,12 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use behavior::descriptor::{Errors, PortSignature, Signature, Source, signatures};
-use behavior::suggest;
+use behavior::descriptor::{Errors, Signature, Source, signatures};
 use behavior::value::ValueType;
 use serde_json::Value as Json;
 
-use crate::bind::{self, Value};
-use crate::document::{Element, Model, PortModel};
-use crate::emit::{no_text, number, truth};
-use crate::leaves::holder;
-use crate::out::{At, Bind};
-use crate::translate::{Part, Translator};
+use crate::bind::{no_text, number, truth};
+use crate::out::At;
 use crate::types::{Holder, Type, Types};
 
 /// The subtrees of the file.
@@ -42,10 +37,10 @@ pub(crate) fn named(name: &str, signature: &Signature) -> String {
 }
 
 /// A port of a provided leaf.
-struct Target {
-    value_type: ValueType,
+pub(crate) struct Target {
+    pub value_type: ValueType,
     /// Its name in messages.
-    port: String,
+    pub port: String,
 }
 
 impl Target {
@@ -59,7 +54,7 @@ impl Target {
     }
 
     /// The text of an attribute as a value of the type of the port.
-    fn literal(&self, text: &str) -> Result<Json, String> {
+    pub(crate) fn literal(&self, text: &str) -> Result<Json, String> {
         let word = text.trim();
         let value = match self.value_type {
             ValueType::Text => match no_text(text) {
@@ -82,10 +77,10 @@ impl Target {
 
 /// A key bound to a port of a provided leaf.
 pub(crate) struct BoundKey {
-    at: At,
-    key: Holder,
-    name: String,
-    target: Target,
+    pub at: At,
+    pub key: Holder,
+    pub name: String,
+    pub target: Target,
 }
 
 impl BoundKey {
@@ -101,138 +96,11 @@ impl BoundKey {
 }
 
 /// The type of a key with such values; keys of an import have no other types.
-fn type_of(value_type: ValueType) -> Option<Type> {
+pub(crate) fn type_of(value_type: ValueType) -> Option<Type> {
     match value_type {
         ValueType::Bool => Some(Type::Bool),
         ValueType::Number => Some(Type::Number),
         ValueType::Text => Some(Type::Text),
         _ => None,
     }
-}
-
-impl Translator<'_> {
-    /// A use of the subtree that provides a leaf.
-    pub(crate) fn provided_leaf(
-        &mut self,
-        element: &Element,
-        (name, signature): (&str, &Signature),
-        model: Option<&Model>,
-    ) -> Option<Part> {
-        let own = named(name, signature);
-        let mut out = self.out(element, "Subtree", Vec::new());
-        out.subtree = Some(name.to_owned());
-        let values = values(element, model);
-        let ports: Vec<&str> = signature.ports.iter().map(|p| p.name.as_str()).collect();
-        // Every port is tested before the use is refused, so that all mistakes are reported.
-        let mut fits = true;
-        for (port, text, access) in &values {
-            let Some(declared) = signature.ports.iter().find(|p| p.name == *port) else {
-                let advice = suggest::advice(port, &ports);
-                self.refuse(element, format!("{own} has no port '{port}'; {advice}"));
-                fits = false;
-                continue;
-            };
-            match self.provided_port(element, (name, &own), declared, (text, *access)) {
-                Some(bind) => out = out.bound(port, bind),
-                None => fits = false,
-            }
-        }
-        for port in signature.ports.iter().filter(|port| port.needed) {
-            if !values.iter().any(|(name, ..)| *name == port.name) {
-                self.refuse(element, format!("{own} needs the port '{}'", port.name));
-                fits = false;
-            }
-        }
-        fits.then(|| Part::of(out))
-    }
-
-    fn provided_port(
-        &mut self,
-        element: &Element,
-        (name, own): (&str, &str),
-        declared: &PortSignature,
-        (text, access): (&str, Option<Access>),
-    ) -> Option<Bind> {
-        let port = declared.name.as_str();
-        let target = Target {
-            value_type: declared.value_type,
-            port: format!("port '{port}' of {own}"),
-        };
-        let key = match bind::value(port, text) {
-            // A literal has no place for the output of the leaf.
-            Value::Text(_) if access.is_some_and(Access::is_output) => {
-                let why = format!("{} is an output; bind it to a key, {{KEY}}", target.port);
-                self.refuse(element, why);
-                return None;
-            }
-            Value::Text(text) => match target.literal(text) {
-                Ok(value) => return Some(Bind::Fixed(value)),
-                Err(why) => {
-                    self.refuse(element, why);
-                    return None;
-                }
-            },
-            // An unknown access may write.
-            Value::Key(key) => self.key(key, access.is_none_or(|access| access.writes)),
-        };
-        let (of_port, of_key) = (holder(name, port), self.holder(&key));
-        // A difference is reported when all types are known.
-        if let Some(value_type) = type_of(target.value_type)
-            && self.types.is(&of_port, value_type).is_ok()
-        {
-            self.types.takes(&of_port, &of_key);
-        }
-        self.bound.push(BoundKey {
-            at: At::of(element),
-            key: of_key,
-            name: key.clone(),
-            target,
-        });
-        Some(Bind::Key(key))
-    }
-}
-
-/// The access of a port in the model.
-#[derive(Clone, Copy)]
-struct Access {
-    reads: bool,
-    writes: bool,
-}
-
-impl Access {
-    fn of(port: &PortModel) -> Self {
-        Self {
-            reads: port.reads,
-            writes: port.writes,
-        }
-    }
-
-    fn is_output(self) -> bool {
-        self.writes && !self.reads
-    }
-}
-
-/// The bound ports with their texts: attributes, and defaults of the model.
-fn values<'e>(
-    element: &'e Element,
-    model: Option<&'e Model>,
-) -> Vec<(&'e str, &'e str, Option<Access>)> {
-    let modelled = model
-        .map(|model| model.ports.as_slice())
-        .unwrap_or_default();
-    let access = |name: &str| {
-        let port = modelled.iter().find(|port| port.name == name);
-        port.map(Access::of)
-    };
-    let attributes = element.attributes.iter();
-    let attributes =
-        attributes.filter(|(name, _)| name != "name" && name != "ID" && !name.starts_with('_'));
-    let given = attributes.map(|(name, text)| (name.as_str(), text.as_str(), access(name)));
-    let defaults = modelled.iter().filter_map(|port| {
-        // An empty default means that there is none.
-        let text = port.default.as_deref().filter(|text| !text.is_empty())?;
-        let is_given = element.get(&port.name).is_some();
-        (!is_given).then_some((port.name.as_str(), text, Some(Access::of(port))))
-    });
-    given.chain(defaults).collect()
 }

@@ -6,8 +6,7 @@ use behavior::descriptor::Errors;
 use behavior::descriptor::limits::{MAX_DEPTH, MAX_NAME, MAX_NODES};
 
 use crate::document::{Element, Project};
-use crate::leaves::LeafUse;
-use crate::out::{At, Out};
+use crate::out::{At, LeafUse, Out};
 use crate::provided::{BoundKey, Provided};
 use crate::types::{Holder, Types};
 

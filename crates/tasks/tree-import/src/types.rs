@@ -74,6 +74,16 @@ pub(crate) enum Holder {
     Port { leaf: String, port: String },
 }
 
+impl Holder {
+    /// A port of a leaf type.
+    pub(crate) fn port(leaf: &str, port: &str) -> Self {
+        Self::Port {
+            leaf: leaf.to_owned(),
+            port: port.to_owned(),
+        }
+    }
+}
+
 #[derive(Clone, Copy, Debug)]
 struct Known {
     parent: usize,

@@ -127,7 +127,7 @@ fn cells() -> Vec<(&'static str, Case)> {
 fn jobs() -> Vec<(&'static str, Case)> {
     vec![
         (
-            "crates/tasks/skills/src/settings.rs::MAX_SLOTS",
+            "crates/tasks/skills/src/settings/place.rs::MAX_SLOTS",
             |dir, limit| {
                 let grid = format!(
                     "pattern = {{ kind = \"grid\", count = [{}, 1, 1], pitch_m = [0.1, 0.1, 0.1] }}\n",

@@ -19,7 +19,6 @@ use robocell_task::{AnyPolicy, Job, Observation, Output, SetupError, TraceEvent}
 
 use super::dead_ends;
 use super::parts::{self, Loader};
-use crate::ability;
 use crate::machine_run::MachineRun;
 use crate::setup::{ARM, Setup};
 use crate::skill::Station;
@@ -265,7 +264,7 @@ impl Actions for Running<'_, '_, '_> {
 impl AnyPolicy for MachinePolicy {
     fn warnings(&self, cell: &Cell) -> Vec<String> {
         let mut warnings = parts::warnings(self.job.trees());
-        warnings.extend(ability::far_picks(cell, &self.setup));
+        warnings.extend(self.setup.far_picks(cell));
         warnings
     }
 

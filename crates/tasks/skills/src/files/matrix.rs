@@ -21,7 +21,6 @@ use serde_bytes::ByteBuf;
 
 use super::dead_ends;
 use super::parts::{self, Loader};
-use crate::ability;
 use crate::matrix::MatrixRun;
 use crate::setup::{ARM, Setup};
 use crate::skill::Station;
@@ -246,7 +245,7 @@ impl MatrixPolicy {
 impl AnyPolicy for MatrixPolicy {
     fn warnings(&self, cell: &Cell) -> Vec<String> {
         let mut warnings = parts::warnings(self.trees());
-        warnings.extend(ability::far_picks(cell, &self.setup));
+        warnings.extend(self.setup.far_picks(cell));
         warnings
     }
 

@@ -5,8 +5,11 @@ use ipc_types::{MAX_JOINTS, Pose};
 use nalgebra::Vector3;
 use robocell_task::SetupError;
 
-use super::{ARM, ObjectSetup};
+use super::object::ObjectSetup;
 use crate::geometry;
+
+/// Index of the arm of a job with one arm.
+pub const ARM: usize = 0;
 
 /// Share of the length of the stretched arm that it reaches with the tool straight down.
 const REACH_SHARE: f64 = 0.9;

@@ -19,7 +19,6 @@ use robocell_task::{AnyPolicy, Job, Observation, Output, SetupError, TraceEvent}
 
 use super::parts;
 use super::phases::{Phase, Shown};
-use crate::ability;
 use crate::condition::PLACE_TOLERANCE_M;
 use crate::nodes;
 use crate::setup::Setup;
@@ -139,7 +138,7 @@ impl TreePolicy {
 impl AnyPolicy for TreePolicy {
     fn warnings(&self, cell: &Cell) -> Vec<String> {
         let mut warnings = parts::warnings(self.arms.iter().map(|arm| &arm.tree));
-        warnings.extend(ability::far_picks(cell, &self.setup));
+        warnings.extend(self.setup.far_picks(cell));
         warnings
     }
 
