@@ -35,6 +35,18 @@ impl Tracer {
         &self.graphs
     }
 
+    /// Takes the statuses of a restored policy as reported. They are not changes: a
+    /// breakpoint must not be reached by a phase that continues.
+    pub(crate) fn resume(&mut self, policy: &dyn AnyPolicy) {
+        for (graph, shown) in self.shown.iter_mut().enumerate() {
+            self.now.clear();
+            policy.statuses(graph, &mut self.now);
+            for (before, now) in shown.iter_mut().zip(&self.now) {
+                *before = *now;
+            }
+        }
+    }
+
     /// Reports phase changes of policies in plain code; engines report their changes
     /// themselves, with the reason.
     pub fn changes(&mut self, policy: &dyn AnyPolicy, out: &mut Output) {

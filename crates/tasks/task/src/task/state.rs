@@ -102,6 +102,10 @@ impl Task {
             (true, false) => Restored::NoMemory,
             (true, true) => Restored::All,
         };
+        // After the policy: another one, or one without a memory, enters its phases again.
+        if self.restored == Restored::All {
+            self.tracer.resume(self.policy.as_ref());
+        }
         Ok(())
     }
 

@@ -1,0 +1,15 @@
+//! The integration tests of this package, in one program: it links once.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a test that cannot continue has failed"
+)]
+
+mod bench;
+mod checkpoint;
+mod job;
+mod panel;
+mod registry;
+mod starts;
+mod trace;
