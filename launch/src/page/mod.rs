@@ -47,13 +47,6 @@ impl Page {
         }
     }
 
-    /// The same page with the secrets of `dir`: the monitor replaces a token that
-    /// was used.
-    pub(crate) fn with_secrets_of(self, dir: &RunDir) -> Self {
-        let secrets = PageSecrets::load(&dir.page()).unwrap_or(self.secrets);
-        Self { secrets, ..self }
-    }
-
     /// What opens it.
     pub(crate) fn secrets(&self) -> &PageSecrets {
         &self.secrets

@@ -112,8 +112,7 @@ impl Turns {
         };
         let over_tick = *self.over_tick.get_or_insert(tick);
         if tick >= over_tick + LOOP_TICKS {
-            self.loops = false;
-            live.play_next_seed();
+            self.loops = !live.play_next_seed();
         }
     }
 }

@@ -84,16 +84,9 @@ fn with_page(args: &RunArgs, page: Option<Page>) -> Result<Plan, Failure> {
         install: cell_files::install,
         replaced: Arc::new({
             let args = args.clone();
-            move |scene| replaced(&args, page.clone(), scene)
+            move |scene| with_page(&args_of(&args, scene), page.clone())
         }),
     })
-}
-
-/// The run of `scene` in place of that of `args`, on the same page.
-fn replaced(args: &RunArgs, page: Option<Page>, scene: Scene) -> Result<Plan, Failure> {
-    let dir = RunDir::of(&args.cell.cell);
-    let page = page.map(|page| page.with_secrets_of(&dir));
-    with_page(&args_of(args, scene), page)
 }
 
 /// The command line of `scene`, after a run with that of `args`.

@@ -2,7 +2,7 @@
 
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
-use std::process::Command;
+use std::process::{Child, Command, Stdio};
 
 use cell_rt::process::{SIGCONT, SIGSTOP, kill};
 use robocell_tests::assert::{all_gone, prefix, refused, segments};
@@ -281,6 +281,58 @@ fn two_cells_run_side_by_side() {
     );
     assert!(other.wait().unwrap().success());
     assert!(cell.status().is_some());
+}
+
+/// `load` asks the task program, which may take minutes: it builds itself, or imports much.
+#[test]
+fn processes_are_kept_and_clients_answered_while_another_scene_is_planned() {
+    let base = base();
+    let (task, hold) = (base.path().join("task.sh"), base.path().join("hold"));
+    let asked = base.path().join("asked");
+    let script = format!(
+        "#!/bin/sh\nif [ \"$1\" = behaviour ] && [ -e {hold} ]; then\n\
+         touch {asked}\nwhile [ -e {hold} ]; do sleep 0.02; done\nfi\nexec {program} \"$@\"\n",
+        hold = hold.display(),
+        asked = asked.display(),
+        program = robocell_tests::program::built("task-proc").display()
+    );
+    std::fs::write(&task, script).unwrap();
+    std::fs::set_permissions(&task, std::fs::Permissions::from_mode(0o700)).unwrap();
+    let task = task.to_str().unwrap();
+    let arguments = ["franka-stack", "--headless", "--paused", "--task", task];
+    let mut cell = TestCell::start_in(base, &arguments);
+    cell.wait_up();
+    let load = |cell: &TestCell, seed| {
+        std::fs::write(&hold, "").unwrap();
+        let mut command = robocell(cell.base(), &["load", "franka-stack", "--seed", seed]);
+        command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        let child = command.spawn().unwrap();
+        wait_for("the question", || asked.exists().then_some(()));
+        std::fs::remove_file(&asked).unwrap();
+        child
+    };
+    let ended = |child: Child| {
+        let output = child.wait_with_output().unwrap();
+        (
+            output.status.code(),
+            String::from_utf8(output.stderr).unwrap(),
+        )
+    };
+
+    let first = load(&cell, "3");
+    kill_and_wait(&cell, "task");
+    refused(&cell.ask(&["load", "franka-stack"]), 3, &["set up already"]);
+    std::fs::remove_file(&hold).unwrap();
+    assert_eq!(ended(first).0, Some(0));
+    assert_eq!(cell.wait_up()["seed"], 3);
+
+    let second = load(&cell, "4");
+    assert_eq!(cell.ask(&["down"]).code, 0);
+    assert_eq!(cell.wait_end().code, 0);
+    assert_eq!(
+        ended(second),
+        (Some(3), "robocell: the cell has ended\n".to_owned())
+    );
 }
 
 /// Starts that hang may be due to shared memory that cannot be repaired: after three

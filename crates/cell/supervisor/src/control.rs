@@ -15,6 +15,10 @@ use crate::failure::{Context, Failure};
 const MAX_REQUEST: usize = 4096;
 /// A client that has not said what it wants after this is let go.
 const CLIENT_PATIENCE: Duration = Duration::from_secs(1);
+/// A launcher answers at once; one that is stopped must not stop its clients.
+const PATIENCE: Duration = Duration::from_secs(5);
+/// Another scene may need two builds of 30 minutes, of its task program and of the page.
+const LOAD_PATIENCE: Duration = Duration::from_secs(3600);
 /// Clients that are listened to at a time; the oldest gives way to the next.
 const MAX_CLIENTS: usize = 64;
 
@@ -54,12 +58,29 @@ pub struct Reply {
     pub message: String,
 }
 
+impl Reply {
+    /// It is not done.
+    pub(crate) fn refused(message: impl std::fmt::Display) -> Self {
+        Self {
+            ok: false,
+            message: message.to_string(),
+        }
+    }
+
+    /// It is done or under way.
+    pub(crate) fn accepted(message: String) -> Self {
+        Self { ok: true, message }
+    }
+}
+
 /// The launcher's end. Nothing a client does or leaves undone makes it wait.
 #[derive(Debug)]
 pub(crate) struct Server {
     listener: UnixListener,
     /// Who has not said all yet, the oldest first.
     clients: VecDeque<Client>,
+    /// Who waits for an answer that takes longer.
+    waiting: Option<Client>,
 }
 
 #[derive(Debug)]
@@ -78,11 +99,13 @@ impl Server {
         Ok(Self {
             listener,
             clients: VecDeque::new(),
+            waiting: None,
         })
     }
 
-    /// Answers those who have said what they want.
-    pub(crate) fn poll(&mut self, mut answer: impl FnMut(Request) -> Reply) {
+    /// Answers those who have said what they want. Where there is no answer yet, the client
+    /// waits for [`Server::answer`].
+    pub(crate) fn poll(&mut self, mut answer: impl FnMut(Request) -> Option<Reply>) {
         for _ in 0..MAX_CLIENTS {
             let Ok((stream, _)) = self.listener.accept() else {
                 break;
@@ -99,15 +122,25 @@ impl Server {
                 });
             }
         }
-        self.clients.retain_mut(|client| match client.line() {
-            Ok(Some(line)) => {
-                // One that went away or reads nothing is its own problem.
-                client.tell(&reply_to(&line, &mut answer)).ok();
-                false
+        for mut client in std::mem::take(&mut self.clients) {
+            match client.line() {
+                Ok(Some(line)) => match reply_to(&line, &mut answer) {
+                    Some(reply) => client.tell(&reply),
+                    None => self.waiting = Some(client),
+                },
+                Ok(None) if client.since.elapsed() < CLIENT_PATIENCE => {
+                    self.clients.push_back(client);
+                }
+                Ok(None) | Err(_) => {}
             }
-            Ok(None) => client.since.elapsed() < CLIENT_PATIENCE,
-            Err(_) => false,
-        });
+        }
+    }
+
+    /// Answers the client that waits, if one does.
+    pub(crate) fn answer(&mut self, reply: &Reply) {
+        if let Some(mut client) = self.waiting.take() {
+            client.tell(reply);
+        }
     }
 }
 
@@ -130,18 +163,18 @@ impl Client {
         }
     }
 
-    fn tell(&mut self, reply: &Reply) -> io::Result<()> {
-        writeln!(self.stream, "{}", serde_json::to_string(reply)?)
+    fn tell(&mut self, reply: &Reply) {
+        if let Ok(line) = serde_json::to_string(reply) {
+            // One that went away or reads nothing is its own problem.
+            writeln!(self.stream, "{line}").ok();
+        }
     }
 }
 
-fn reply_to(line: &str, answer: &mut impl FnMut(Request) -> Reply) -> Reply {
+fn reply_to(line: &str, answer: &mut impl FnMut(Request) -> Option<Reply>) -> Option<Reply> {
     match serde_json::from_str(line) {
         Ok(request) => answer(request),
-        Err(error) => Reply {
-            ok: false,
-            message: format!("not a request: {error}"),
-        },
+        Err(error) => Some(Reply::refused(format_args!("not a request: {error}"))),
     }
 }
 
@@ -149,7 +182,11 @@ fn reply_to(line: &str, answer: &mut impl FnMut(Request) -> Reply) -> Reply {
 pub fn ask(path: &Path, request: &Request) -> Result<Reply, Failure> {
     let talk = || -> io::Result<Reply> {
         let mut stream = UnixStream::connect(path)?;
-        stream.set_read_timeout(Some(Duration::from_secs(5)))?;
+        let patience = match request {
+            Request::Load { .. } => LOAD_PATIENCE,
+            Request::Down | Request::Restart { .. } => PATIENCE,
+        };
+        stream.set_read_timeout(Some(patience))?;
         writeln!(stream, "{}", serde_json::to_string(request)?)?;
         let mut line = String::new();
         BufReader::new(stream.take(1 << 16)).read_line(&mut line)?;
@@ -182,13 +219,11 @@ mod tests {
         while seen.is_none() {
             server.poll(|request| {
                 seen = Some(request);
-                Reply {
-                    ok: true,
-                    message: "fine".to_owned(),
-                }
+                None
             });
         }
         assert_eq!(seen, Some(request));
+        server.answer(&Reply::accepted("fine".to_owned()));
         assert_eq!(client.join().unwrap().message, "fine");
         let mut stream = UnixStream::connect(&path).unwrap();
         stream.write_all(b"{\"ask\": \"explode\"}\n").unwrap();

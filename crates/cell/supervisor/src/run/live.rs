@@ -27,13 +27,14 @@ use super::faults::Faults;
 use super::half_made::HalfMadeSweep;
 use super::incident::IncidentRecorder;
 use super::plan::Plan;
+use super::planning::Planning;
 use super::recording::RecordWatch;
 use super::room::Room;
 use super::standstill::Standstill;
 use super::starvation::{Running, Starvation};
 use super::watch::Watch;
 use crate::child::Children;
-use crate::control::Server;
+use crate::control::{Reply, Server};
 use crate::failure::{Context, Failure};
 use crate::lock::Lock;
 use crate::process_log::LogBounds;
@@ -76,6 +77,7 @@ pub struct LiveCell {
     faults: Faults,
     processes: Vec<Process>,
     plan: Plan,
+    planning: Planning,
     started_ns: u64,
     start_event_given: bool,
     standstill: Standstill,
@@ -158,6 +160,7 @@ impl LiveCell {
             faults: Faults::new(&plan.spec.script, &processes),
             processes,
             plan,
+            planning: Planning::default(),
             started_ns: monotonic_ns(),
             start_event_given: false,
             standstill: Standstill::default(),
@@ -236,14 +239,17 @@ impl LiveCell {
             mut recording,
             incidents,
             plan,
+            planning,
             mut end,
-            control,
+            mut control,
             _lock,
             ..
         } = self;
         drop(children);
         incidents.end();
         sweep.turn(monotonic_ns(), true, 0);
+        planning.end();
+        control.answer(&Reply::refused("the cell has ended"));
         drop((bus, control));
         if let Some(End::Finished(summary) | End::Stopped(Some(summary))) = &mut end {
             recording.end(&plan.dir, &plan.spec.record, summary);
@@ -285,6 +291,7 @@ impl LiveCell {
         self.look_for_the_end();
         self.act_on_script(now);
         self.answer_clients(now);
+        self.take_plan();
         match stop_count() {
             0 => {}
             1 => self.finish_with(End::Stopped(None)),

@@ -6,6 +6,7 @@ mod half_made;
 mod incident;
 mod live;
 pub mod plan;
+mod planning;
 pub mod policy;
 pub mod preflight;
 pub mod recording;

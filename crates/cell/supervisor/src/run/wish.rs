@@ -5,6 +5,7 @@ use ipc_types::topic::Process;
 use super::faults::named;
 use super::live::End;
 use super::plan::{Plan, Scene, title};
+use super::planning::Planning;
 use super::policy::choose;
 use crate::control::Request;
 use crate::failure::Failure;
@@ -15,15 +16,17 @@ pub(super) enum Wish {
     Restart(Vec<Process>),
 }
 
-/// Whether a client's wish can be fulfilled, and what to say about it. Another
-/// policy is written down where the next start of the task reads it.
+/// Whether a client's wish can be fulfilled, and what to say about it; nothing yet where
+/// another scene is planned for it. Another policy is written down where the next start of
+/// the task reads it.
 pub(super) fn consider(
     plan: &mut Plan,
+    planning: &mut Planning,
     processes: &[Process],
     request: Request,
-) -> Result<(Wish, String), Failure> {
+) -> Result<Option<(Wish, String)>, Failure> {
     match request {
-        Request::Down => Ok((Wish::End(End::Stopped(None)), "stopping".to_owned())),
+        Request::Down => Ok(Some((Wish::End(End::Stopped(None)), "stopping".to_owned()))),
         Request::Load {
             demo,
             policy,
@@ -31,18 +34,13 @@ pub(super) fn consider(
             speed,
         } => {
             let speed = speed.parse().map_err(Failure::usage)?;
-            let next = (plan.replaced)(Scene::Other {
+            let scene = Scene::Other {
                 demo,
                 policy,
                 seed,
                 speed,
-            })?;
-            let mut message = format!("setting up {}", title(&next.spec));
-            for warning in &next.spec.warnings {
-                message.push_str("; warning: ");
-                message.push_str(warning);
-            }
-            Ok((Wish::End(End::Replaced(Box::new(next))), message))
+            };
+            planning.start(plan, scene).map(|()| None)
         }
         Request::Restart { process, policy } => {
             let which = named(processes, &process);
@@ -53,7 +51,8 @@ pub(super) fn consider(
             if let Some(policy) = policy {
                 take_over(plan, &process, &policy)?;
             }
-            Ok((Wish::Restart(which), format!("restarting {process}")))
+            let message = format!("restarting {process}");
+            Ok(Some((Wish::Restart(which), message)))
         }
     }
 }
@@ -67,4 +66,14 @@ fn take_over(plan: &mut Plan, process: &str, policy: &str) -> Result<(), Failure
     plan.spec
         .save(&plan.dir.spec())
         .map_err(Failure::configuration)
+}
+
+/// The answer to a client whose scene is planned.
+pub(super) fn setting_up(next: &Plan) -> String {
+    let mut message = format!("setting up {}", title(&next.spec));
+    for warning in &next.spec.warnings {
+        message.push_str("; warning: ");
+        message.push_str(warning);
+    }
+    message
 }

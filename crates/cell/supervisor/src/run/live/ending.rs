@@ -18,6 +18,7 @@ impl LiveCell {
                 *summary = self.summary().map(Box::new);
             }
             self.end = Some(end);
+            self.planning.close();
             self.supervisor
                 .handle(monotonic_ns(), Event::Stop, &mut Vec::new());
         }

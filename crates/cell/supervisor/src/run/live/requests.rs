@@ -1,13 +1,14 @@
 //! Requests to the launcher: of the script and of clients of the control socket.
 
+use cell_model::runs::spec::PageSecrets;
 use cell_rt::process::{SIGCONT, SIGSTOP};
 use ipc_types::operator::OperatorAction;
 use ipc_types::topic::Process;
 
-use super::LiveCell;
+use super::{End, LiveCell};
 use crate::control::Reply;
 use crate::run::faults::FaultStep;
-use crate::run::wish::{Wish, consider};
+use crate::run::wish::{Wish, consider, setting_up};
 use crate::supervision::Event;
 
 impl LiveCell {
@@ -35,18 +36,17 @@ impl LiveCell {
 
     pub(super) fn answer_clients(&mut self, now: u64) {
         let mut asked = Vec::new();
-        let (plan, processes) = (&mut self.plan, &self.processes);
-        self.control
-            .poll(|request| match consider(plan, processes, request) {
-                Ok((wish, message)) => {
+        let (plan, planning, processes) = (&mut self.plan, &mut self.planning, &self.processes);
+        self.control.poll(
+            |request| match consider(plan, planning, processes, request) {
+                Ok(Some((wish, message))) => {
                     asked.push(wish);
-                    Reply { ok: true, message }
+                    Some(Reply::accepted(message))
                 }
-                Err(failure) => Reply {
-                    ok: false,
-                    message: failure.to_string(),
-                },
-            });
+                Ok(None) => None,
+                Err(failure) => Some(Reply::refused(failure)),
+            },
+        );
         for wish in asked {
             match wish {
                 Wish::End(end) => self.finish_with(end),
@@ -56,6 +56,27 @@ impl LiveCell {
                     }
                 }
             }
+        }
+    }
+
+    /// Takes the cell down for the scene that is planned now.
+    pub(super) fn take_plan(&mut self) {
+        // A run that ends already tells the client at its end.
+        let Some(planned) = self.planning.poll().filter(|_| self.end.is_none()) else {
+            return;
+        };
+        match planned {
+            Ok(mut next) => {
+                // The monitor replaces a token that was used, also during the planning.
+                let secrets = PageSecrets::load(&self.plan.dir.page()).ok();
+                next.secrets = next.secrets.map(|first| secrets.unwrap_or(first));
+                self.control.answer(&Reply::accepted(setting_up(&next)));
+                self.finish_with(End::Replaced(Box::new(next)));
+            }
+            Err(failure) if self.planning.is_for_client() => {
+                self.control.answer(&Reply::refused(failure));
+            }
+            Err(failure) => self.finish_with(End::GaveUp(failure)),
         }
     }
 }

@@ -6,7 +6,7 @@ use ipc_types::topic::Process;
 use ipc_types::world::FLAG_ENDING;
 use ipc_types::{Decision, Wire};
 
-use super::{End, LiveCell};
+use super::LiveCell;
 use crate::run::plan::Scene;
 
 impl LiveCell {
@@ -47,11 +47,9 @@ impl LiveCell {
         decision.placed[..count].iter().filter_map(name).collect()
     }
 
-    /// Sets the same scene up again with the next seed.
-    pub fn play_next_seed(&mut self) {
-        match (self.plan.replaced)(Scene::NextSeed) {
-            Ok(plan) => self.finish_with(End::Replaced(Box::new(plan))),
-            Err(failure) => self.finish_with(End::GaveUp(failure)),
-        }
+    /// Starts to set the same scene up again with the next seed; not while another scene is
+    /// being planned.
+    pub fn play_next_seed(&mut self) -> bool {
+        self.planning.start(&self.plan, Scene::NextSeed).is_ok()
     }
 }
