@@ -194,7 +194,7 @@ impl<C: Clock> PhysicsProcess<C> {
             decision: bus.latest(TopicId::Decision)?,
             recorder: RecorderPace::new(bus, spec.record.file.is_some())?,
             operator: bus.operator_server()?,
-            health: HealthReporter::new(start, bus, Process::Physics, fifo)?,
+            health: HealthReporter::new(start, bus, Process::Physics, fifo, clock.now_ns())?,
             controller_bells: bells.collect::<Result<_, _>>()?,
             task_bell: bus.doorbell(Process::Task)?,
             monitor_bell: bus.doorbell(Process::Monitor)?,
@@ -255,9 +255,11 @@ impl<C: Clock> PhysicsProcess<C> {
         self.publish();
         // After the state is published: files and logs must not delay the controllers.
         self.keep();
+        let now_ns = self.clock.now_ns();
+        let late_ns = wake.lateness_ns();
         self.health
-            .cycle(self.tick, wake.woke_ns, wake.lateness_ns(), self.boxed);
-        self.health.publish_if_due(self.tick, self.clock.now_ns());
+            .cycle(self.tick, woke_ns, late_ns, self.boxed, now_ns);
+        self.health.publish_if_due(self.tick, now_ns);
         self.next()
     }
 

@@ -105,10 +105,12 @@ impl<C: Clock> PhysicsProcess<C> {
     pub(super) fn finish_lockstep(&mut self, began_ns: u64, next: Next) -> Wait {
         self.publish();
         self.keep();
+        let now_ns = self.clock.now_ns();
         if next != Next::Wait {
-            self.health.cycle(self.tick, began_ns, 0, self.boxed);
+            self.health
+                .cycle(self.tick, began_ns, 0, self.boxed, now_ns);
         }
-        self.health.publish_if_due(self.tick, self.clock.now_ns());
+        self.health.publish_if_due(self.tick, now_ns);
         self.next()
     }
 
