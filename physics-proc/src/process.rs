@@ -28,7 +28,7 @@ use ipc_types::{
 
 use crate::plant::{Next, Plant};
 use crate::recorder_pace::RecorderPace;
-use crate::resume::Resume;
+use crate::resume::{Resume, Store};
 use crate::script_report::ScriptReport;
 use crate::state::lost::LostNews;
 use crate::state::tap::StateTap;
@@ -96,9 +96,9 @@ pub fn run(start: &Start) -> Result<(), ProcessError> {
     Ok(())
 }
 
-struct PhysicsProcess<C> {
+struct PhysicsProcess<C, S> {
     plant: Plant,
-    resume: Resume,
+    resume: Resume<S>,
     report: ScriptReport,
     generation: u32,
     tick: u64,
@@ -149,7 +149,7 @@ enum Await {
     Request(u64),
 }
 
-impl<C: Clock> Turn for PhysicsProcess<C> {
+impl<C: Clock, S: Store> Turn for PhysicsProcess<C, S> {
     fn turn(&mut self, woken: Woken) -> Wait {
         match self.awaits {
             Await::Start => self.next(),
@@ -167,11 +167,11 @@ impl<C: Clock> Turn for PhysicsProcess<C> {
     }
 }
 
-impl<C: Clock> PhysicsProcess<C> {
+impl<C: Clock, S: Store> PhysicsProcess<C, S> {
     fn new(
         start: &Start,
         bus: &Bus,
-        (plant, resume, report): (Plant, Resume, ScriptReport),
+        (plant, resume, report): (Plant, Resume<S>, ScriptReport),
         fifo: bool,
         clock: C,
     ) -> Result<Self, BusError> {
