@@ -205,7 +205,13 @@ impl<C: Clock> ControllerProcess<C> {
             report: ArmStatus::zeroed(),
             physics_bell: bus.doorbell(Process::Physics)?,
             task_bell: bus.doorbell(Process::Task)?,
-            health: HealthReporter::new(start, bus, Process::Controller(arm), fifo)?,
+            health: HealthReporter::new(
+                start,
+                bus,
+                Process::Controller(arm),
+                fifo,
+                clock.now_ns(),
+            )?,
             clock,
             spin_ns: if fifo { SPIN_FIFO_NS } else { SPIN_OTHER_NS },
             decision_limit_ticks: limit,
@@ -299,16 +305,17 @@ impl<C: Clock> ControllerProcess<C> {
         };
         self.expected_ns = self.woke_ns + TICK_NS;
         let tick = self.answered.map_or(0, |(_, tick)| tick);
+        let now_ns = self.clock.now_ns();
         if has_state {
+            let values = self.boxed_values();
             self.health
-                .cycle(tick, self.woke_ns, late_ns, self.boxed_values());
+                .cycle(tick, self.woke_ns, late_ns, values, now_ns);
         } else {
             self.health.idle();
             // A subscriber that joined late gets the newest message only by this call.
             self.command.update_connections();
             self.status.update_connections();
         }
-        let now_ns = self.clock.now_ns();
         let counts = self.decision.counts();
         let states = self.state.counts();
         let missed = self.report.missed_cycles;

@@ -234,7 +234,7 @@ impl MonitorProcess {
             events: None,
             timeline: None,
             repeats: RepeatFilter::default(),
-            health: HealthReporter::new(start, bus, Process::Monitor, false)?,
+            health: HealthReporter::new(start, bus, Process::Monitor, false, monotonic_ns())?,
         })
     }
 
@@ -291,8 +291,8 @@ impl MonitorProcess {
             }
         }
         // A sleeping process has no deadline, so its lateness is 0.
-        self.health.cycle(self.tick, start_ns, 0, [0.0; 4]);
         let now_ns = monotonic_ns();
+        self.health.cycle(self.tick, start_ns, 0, [0.0; 4], now_ns);
         let counts = self.trace.counts();
         self.health.totals(0, counts.rejected, counts.fenced);
         self.note_problem();

@@ -28,7 +28,7 @@ use ipc_types::{
 
 use crate::plant::{Next, Plant};
 use crate::recorder_pace::RecorderPace;
-use crate::resume::Resume;
+use crate::resume::{Resume, Store};
 use crate::script_report::ScriptReport;
 use crate::state::lost::LostNews;
 use crate::state::tap::StateTap;
@@ -96,9 +96,9 @@ pub fn run(start: &Start) -> Result<(), ProcessError> {
     Ok(())
 }
 
-struct PhysicsProcess<C> {
+struct PhysicsProcess<C, S> {
     plant: Plant,
-    resume: Resume,
+    resume: Resume<S>,
     report: ScriptReport,
     generation: u32,
     tick: u64,
@@ -149,7 +149,7 @@ enum Await {
     Request(u64),
 }
 
-impl<C: Clock> Turn for PhysicsProcess<C> {
+impl<C: Clock, S: Store> Turn for PhysicsProcess<C, S> {
     fn turn(&mut self, woken: Woken) -> Wait {
         match self.awaits {
             Await::Start => self.next(),
@@ -167,11 +167,11 @@ impl<C: Clock> Turn for PhysicsProcess<C> {
     }
 }
 
-impl<C: Clock> PhysicsProcess<C> {
+impl<C: Clock, S: Store> PhysicsProcess<C, S> {
     fn new(
         start: &Start,
         bus: &Bus,
-        (plant, resume, report): (Plant, Resume, ScriptReport),
+        (plant, resume, report): (Plant, Resume<S>, ScriptReport),
         fifo: bool,
         clock: C,
     ) -> Result<Self, BusError> {
@@ -194,7 +194,7 @@ impl<C: Clock> PhysicsProcess<C> {
             decision: bus.latest(TopicId::Decision)?,
             recorder: RecorderPace::new(bus, spec.record.file.is_some())?,
             operator: bus.operator_server()?,
-            health: HealthReporter::new(start, bus, Process::Physics, fifo)?,
+            health: HealthReporter::new(start, bus, Process::Physics, fifo, clock.now_ns())?,
             controller_bells: bells.collect::<Result<_, _>>()?,
             task_bell: bus.doorbell(Process::Task)?,
             monitor_bell: bus.doorbell(Process::Monitor)?,
@@ -255,9 +255,11 @@ impl<C: Clock> PhysicsProcess<C> {
         self.publish();
         // After the state is published: files and logs must not delay the controllers.
         self.keep();
+        let now_ns = self.clock.now_ns();
+        let late_ns = wake.lateness_ns();
         self.health
-            .cycle(self.tick, wake.woke_ns, wake.lateness_ns(), self.boxed);
-        self.health.publish_if_due(self.tick, self.clock.now_ns());
+            .cycle(self.tick, woke_ns, late_ns, self.boxed, now_ns);
+        self.health.publish_if_due(self.tick, now_ns);
         self.next()
     }
 

@@ -9,6 +9,7 @@ use ipc_types::{DECISION_TICKS, Header, TICK_NS};
 
 use super::{Await, PhysicsProcess};
 use crate::plant::Next;
+use crate::resume::Store;
 
 /// How long lockstep polls before it sleeps (ns): longer than a cycle of a controller.
 // Sleeping costs two switches of context per tick; an answer normally arrives within this
@@ -35,7 +36,7 @@ impl Answers {
     }
 }
 
-impl<C: Clock> PhysicsProcess<C> {
+impl<C: Clock, S: Store> PhysicsProcess<C, S> {
     /// Makes the next tick, at most one in a period, if every controller has answered this one
     /// and, on every tenth, the task.
     pub(super) fn answers(&mut self, mut answers: Answers, woken: Woken) -> Wait {
@@ -105,10 +106,12 @@ impl<C: Clock> PhysicsProcess<C> {
     pub(super) fn finish_lockstep(&mut self, began_ns: u64, next: Next) -> Wait {
         self.publish();
         self.keep();
+        let now_ns = self.clock.now_ns();
         if next != Next::Wait {
-            self.health.cycle(self.tick, began_ns, 0, self.boxed);
+            self.health
+                .cycle(self.tick, began_ns, 0, self.boxed, now_ns);
         }
-        self.health.publish_if_due(self.tick, self.clock.now_ns());
+        self.health.publish_if_due(self.tick, now_ns);
         self.next()
     }
 

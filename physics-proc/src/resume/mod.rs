@@ -17,10 +17,12 @@
 
 pub(crate) mod due;
 mod requests;
+mod store;
 #[cfg(test)]
 mod tests;
 mod writer;
 
+use std::io;
 use std::path::Path;
 
 use cell_rt::RecordFile;
@@ -29,6 +31,7 @@ use ipc_types::{OperatorReply, OperatorRequest};
 use crate::plant::{Plant, has_effect};
 use due::{Due, MAX_LOST_TICKS};
 use requests::Requests;
+pub(crate) use store::Store;
 use writer::Writer;
 
 /// Name of the file in the run directory.
@@ -42,8 +45,8 @@ const HEAD_BYTES: usize = 8;
 const LOCKSTEP_TICKS: u64 = 900;
 
 /// Saves the state of physics.
-pub(crate) struct Resume {
-    writer: Writer,
+pub(crate) struct Resume<S = Writer> {
+    store: S,
     requests: Option<Requests>,
     run: u64,
     due: Due,
@@ -61,8 +64,21 @@ impl Resume {
     /// Opens the files in `run_dir`. `plant`, just set up, is restored to the state of
     /// physics before this one if there `was_one`.
     pub(crate) fn open(run_dir: &Path, run: u64, was_one: bool, plant: &mut Plant) -> Self {
-        let file = RecordFile::new(&run_dir.join(FILE));
+        let writer = Writer::start(RecordFile::new(&run_dir.join(FILE)));
         let requests = Requests::open(run_dir, run);
+        Self::with(writer, requests, run, was_one, plant)
+    }
+}
+
+impl<S: Store> Resume<S> {
+    /// As [`Resume::open`], with the states in `store`.
+    fn with(
+        store: S,
+        requests: io::Result<Requests>,
+        run: u64,
+        was_one: bool,
+        plant: &mut Plant,
+    ) -> Self {
         let mut lost = String::new();
         // Without the file of requests physics still runs: a kill then loses what people asked
         // for.
@@ -73,7 +89,7 @@ impl Resume {
         if was_one {
             // The reason of a failed restore replaces that of the requests: it is the larger
             // loss.
-            lost = resume(&file, run, plant).err().unwrap_or(lost);
+            lost = resume(&store, run, plant).err().unwrap_or(lost);
         }
         let tick = plant.world().tick();
         let due = Due {
@@ -90,7 +106,7 @@ impl Resume {
             cell_worker::warn(format_args!("lost: {lost}"));
         }
         Self {
-            writer: Writer::start(file),
+            store,
             requests,
             run,
             due,
@@ -122,7 +138,7 @@ impl Resume {
         let is_due = !plant.is_ending() && self.due.is_due(tick, plant.switches());
         // A state is only announced if the thread can take it now: an announced state that is
         // never written would leave the task with a checkpoint for nothing.
-        if is_due && self.writer.is_idle() {
+        if is_due && self.store.is_idle() {
             self.announced = Some(tick);
             self.due = Due {
                 tick: Some(tick),
@@ -139,7 +155,7 @@ impl Resume {
         };
         // The tick is taken from the announcement; the plant has not stepped since.
         let run = self.run;
-        self.writer.write(tick, |bytes| {
+        self.store.write(tick, |bytes| {
             bytes.extend(run.to_le_bytes());
             plant.save_to(bytes);
         });
@@ -150,8 +166,8 @@ impl Resume {
     pub(crate) fn wait(&mut self, tick: u64) {
         // Waiting costs nothing in lockstep, where simulated time stops with it.
         let is_old = |this: &Self| tick.saturating_sub(this.saved_tick) > LOCKSTEP_TICKS;
-        if is_old(self) && !self.writer.is_idle() {
-            self.writer.wait();
+        if is_old(self) && !self.store.is_idle() {
+            self.store.wait();
             self.take_results();
         }
     }
@@ -171,7 +187,7 @@ impl Resume {
     }
 
     fn take_results(&mut self) {
-        while let Some((tick, result)) = self.writer.result() {
+        while let Some((tick, result)) = self.store.result() {
             match result {
                 Ok(()) => {
                     self.saved_tick = tick;
@@ -195,12 +211,12 @@ impl Resume {
 ///
 /// # Errors
 /// The loss, as a sentence for the log.
-fn resume(file: &RecordFile, run: u64, plant: &mut Plant) -> Result<(), String> {
-    let Err(newest) = restore(file.read(), run, plant) else {
+fn resume(store: &impl Store, run: u64, plant: &mut Plant) -> Result<(), String> {
+    let Err(newest) = restore(store.read(), run, plant) else {
         return Ok(());
     };
-    let path = file.path().display();
-    match restore(file.read_older(), run, plant) {
+    let path = store.name();
+    match restore(store.read_older(), run, plant) {
         // A writer killed between its two renames leaves the older state only; nothing is
         // lost.
         Ok(()) if newest == MISSING => Ok(()),
@@ -217,11 +233,7 @@ fn resume(file: &RecordFile, run: u64, plant: &mut Plant) -> Result<(), String> 
 /// Reason for a state that does not exist.
 const MISSING: &str = "it is missing";
 
-fn restore(
-    read: std::io::Result<Option<Vec<u8>>>,
-    run: u64,
-    plant: &mut Plant,
-) -> Result<(), String> {
+fn restore(read: io::Result<Option<Vec<u8>>>, run: u64, plant: &mut Plant) -> Result<(), String> {
     let bytes = read.map_err(|error| error.to_string())?;
     let bytes = bytes.ok_or(MISSING)?;
     // Too short is an empty head, which is refused as a foreign run.

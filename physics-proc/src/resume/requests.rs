@@ -13,9 +13,11 @@ use crate::plant::Plant;
 const FILE: &str = "physics.requests";
 /// Capacity in requests: more than a page sends between two saved states (60 Hz for 1 s at
 /// most). Requests beyond it are reported as lost.
-const REQUESTS: usize = 64;
+pub(super) const REQUESTS: usize = 64;
 /// Bytes before a request: identity of the run.
 const HEAD_BYTES: usize = 8;
+/// Bytes of a request with its head.
+pub(super) const RECORD_BYTES: usize = HEAD_BYTES + size_of::<OperatorRequest>();
 
 /// The file.
 pub(super) struct Requests {
@@ -25,15 +27,19 @@ pub(super) struct Requests {
 
 impl Requests {
     pub(super) fn open(run_dir: &Path, run: u64) -> io::Result<Self> {
-        let size = HEAD_BYTES + size_of::<OperatorRequest>();
-        let file = SlotFile::with_slots(&run_dir.join(FILE), size, REQUESTS)?;
-        Ok(Self { file, run })
+        let file = SlotFile::with_slots(&run_dir.join(FILE), RECORD_BYTES, REQUESTS)?;
+        Ok(Self::of(file, run))
+    }
+
+    /// As [`Self::open`], for a `file` with room for [`REQUESTS`] of [`RECORD_BYTES`].
+    pub(super) fn of(file: SlotFile, run: u64) -> Self {
+        Self { file, run }
     }
 
     /// Records that `request` was accepted with this number. It makes no system call and no
     /// allocation: physics calls it within a tick.
     pub(super) fn note(&mut self, number: u64, request: &OperatorRequest) {
-        let mut bytes = [0; HEAD_BYTES + size_of::<OperatorRequest>()];
+        let mut bytes = [0; RECORD_BYTES];
         bytes[..HEAD_BYTES].copy_from_slice(&self.run.to_le_bytes());
         bytes[HEAD_BYTES..].copy_from_slice(request.as_bytes());
         // The size fits: all records have it.

@@ -1,13 +1,19 @@
 //! A physics that is killed and started again, in one process.
 
+use std::cell::RefCell;
+use std::io;
 use std::path::PathBuf;
+use std::rc::Rc;
 
 use cell_model::runs::spec::{RecordSpec, RunSpec};
 use cell_model::{Cell, Data};
+use cell_rt::{MemoryFile, SlotFile};
 use ipc_types::operator::{OperatorAction, ReplyCode};
 use ipc_types::{Decision, OperatorRequest, Wire, WorldState};
 
-use super::Resume;
+use super::requests::{RECORD_BYTES, REQUESTS, Requests};
+use super::writer::Writer;
+use super::{Resume, Store};
 use crate::plant::{Next, Plant};
 use crate::world::StepInput;
 
@@ -25,16 +31,54 @@ impl Place {
 
     /// A process of physics, the first or a later one.
     fn start(&self, was_one: bool) -> Physics {
-        let cell = Cell::load(&Data::checkout(), "franka-stack", 1, None).unwrap();
-        let mut plant = Plant::new(&cell, &spec()).unwrap();
+        let mut plant = plant();
         let resume = Resume::open(&self.0, RUN, was_one, &mut plant);
-        Physics {
-            plant,
-            resume,
-            break_tick: 0,
-            lost: Vec::new(),
-        }
+        Physics::with(plant, resume)
     }
+}
+
+fn plant() -> Plant {
+    let cell = Cell::load(&Data::checkout(), "franka-stack", 1, None).unwrap();
+    Plant::new(&cell, &spec()).unwrap()
+}
+
+/// States in memory; a write is finished when its result is asked for.
+#[derive(Clone, Default)]
+struct MemoryStore {
+    /// Newest first.
+    states: Rc<RefCell<Vec<Vec<u8>>>>,
+    written: Option<u64>,
+}
+
+impl Store for MemoryStore {
+    fn read(&self) -> io::Result<Option<Vec<u8>>> {
+        Ok(self.states.borrow().first().cloned())
+    }
+
+    fn read_older(&self) -> io::Result<Option<Vec<u8>>> {
+        Ok(self.states.borrow().get(1).cloned())
+    }
+
+    fn name(&self) -> String {
+        "memory".to_owned()
+    }
+
+    fn is_idle(&self) -> bool {
+        self.written.is_none()
+    }
+
+    fn write(&mut self, tick: u64, fill: impl FnOnce(&mut Vec<u8>)) {
+        let mut state = Vec::new();
+        fill(&mut state);
+        self.states.borrow_mut().insert(0, state);
+        self.written = Some(tick);
+    }
+
+    fn result(&mut self) -> Option<(u64, Result<(), String>)> {
+        self.written.take().map(|tick| (tick, Ok(())))
+    }
+
+    fn wait(&mut self) {}
 }
 
 fn spec() -> RunSpec {
@@ -54,15 +98,24 @@ impl Drop for Place {
     }
 }
 
-struct Physics {
+struct Physics<S = Writer> {
     plant: Plant,
-    resume: Resume,
+    resume: Resume<S>,
     /// Breakpoint that the task reached.
     break_tick: u64,
     lost: Vec<String>,
 }
 
-impl Physics {
+impl<S: Store> Physics<S> {
+    fn with(plant: Plant, resume: Resume<S>) -> Self {
+        Self {
+            plant,
+            resume,
+            break_tick: 0,
+            lost: Vec::new(),
+        }
+    }
+
     fn tick(&self) -> u64 {
         self.plant.world().tick()
     }
@@ -118,6 +171,28 @@ fn a_kill_at_any_tick_costs_less_than_a_second() {
         assert!(killed_at - second.tick() <= 1_000, "{killed_at}");
         assert_eq!(second.resume.lost(second.tick()), "");
     }
+}
+
+#[test]
+fn states_and_requests_in_memory_are_resumed_like_those_in_files() {
+    let (store, requests) = (MemoryStore::default(), MemoryFile::default());
+    let start = |was_one| {
+        let mut plant = plant();
+        let file = SlotFile::in_memory(&requests, RECORD_BYTES, REQUESTS);
+        let file = file.map(|file| Requests::of(file, RUN));
+        let resume = Resume::with(store.clone(), file, RUN, was_one, &mut plant);
+        Physics::with(plant, resume)
+    };
+    let mut first = start(false);
+    first.run_to(1_015);
+    first.ask(OperatorAction::TaskStart, 0);
+    first.ask(OperatorAction::TaskPause, 0);
+    let before = first.state().panel;
+    drop(first);
+    let second = start(true);
+    assert_eq!(second.tick(), 1_000);
+    assert_eq!(second.resume.lost(second.tick()), "");
+    assert_eq!(second.state().panel, before);
 }
 
 #[test]

@@ -1,16 +1,20 @@
 //! The thread that writes states.
 
+use std::io;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 
 use cell_rt::RecordFile;
 
+use super::store::Store;
+
 /// A state and its tick; the buffer is returned with the result.
 type State = (u64, Vec<u8>);
 type Written = (u64, Vec<u8>, Result<(), String>);
 
-/// Writes one state at a time.
-pub(super) struct Writer {
+/// The store of a process: a file, and a thread that writes it.
+pub(crate) struct Writer {
+    file: RecordFile,
     states: Option<SyncSender<State>>,
     written: Receiver<Written>,
     thread: Option<JoinHandle<()>>,
@@ -28,6 +32,7 @@ impl Writer {
         // One place each: with one state at a time neither side ever waits for room.
         let (states, to_write) = sync_channel::<State>(1);
         let (results, written) = sync_channel::<Written>(1);
+        let own = file.clone();
         let work = move || {
             for (tick, bytes) in to_write {
                 let result = file.write(&bytes);
@@ -42,6 +47,7 @@ impl Writer {
         let thread = thread.spawn(work);
         let problem = thread.as_ref().err().map(ToString::to_string);
         Self {
+            file: own,
             states: Some(states),
             written,
             thread: thread.ok(),
@@ -51,14 +57,26 @@ impl Writer {
             problem,
         }
     }
+}
 
-    /// Whether another state can be handed over.
-    pub(super) fn is_idle(&self) -> bool {
+impl Store for Writer {
+    fn read(&self) -> io::Result<Option<Vec<u8>>> {
+        self.file.read()
+    }
+
+    fn read_older(&self) -> io::Result<Option<Vec<u8>>> {
+        self.file.read_older()
+    }
+
+    fn name(&self) -> String {
+        self.file.path().display().to_string()
+    }
+
+    fn is_idle(&self) -> bool {
         self.is_idle
     }
 
-    /// Hands over the state of `tick` that `fill` appends to an empty buffer.
-    pub(super) fn write(&mut self, tick: u64, fill: impl FnOnce(&mut Vec<u8>)) {
+    fn write(&mut self, tick: u64, fill: impl FnOnce(&mut Vec<u8>)) {
         let mut bytes = std::mem::take(&mut self.buffer);
         bytes.clear();
         fill(&mut bytes);
@@ -74,9 +92,7 @@ impl Writer {
         self.is_idle = false;
     }
 
-    /// The result of a write since the last call.
-    pub(super) fn result(&mut self) -> Option<(u64, Result<(), String>)> {
-        // Never waits: this is called between two ticks.
+    fn result(&mut self) -> Option<(u64, Result<(), String>)> {
         let written = self.waited.take().or_else(|| self.written.try_recv().ok());
         let (tick, bytes, result) = written?;
         self.buffer = bytes;
@@ -84,8 +100,7 @@ impl Writer {
         Some((tick, result))
     }
 
-    /// Waits until the running write has a result.
-    pub(super) fn wait(&mut self) {
+    fn wait(&mut self) {
         if self.waited.is_none() {
             self.waited = self.written.recv().ok();
         }

@@ -5,41 +5,32 @@
 //! two programs of different builds can agree on name and size of a message but not on its
 //! fields; so the name of each type carries a hash of its fields, and opening compares it.
 //!
-//! A change must not make a process *create* a service: only the keeper does.
+//! There are two wirings: shared memory between processes, and the memory of a model that has
+//! all of them in one thread. Stamps, fences and validation are the same code in both.
 
-use std::time::Duration;
-
-use cell_rt::{monotonic_ns, sleep_until};
-use iceoryx2::prelude::{
-    Config, LogLevel, MessagingPattern, Node, NodeBuilder, NodeName, Service, ServiceName,
-    SignalHandlingMode, ipc, set_log_level,
-};
-use iceoryx2::service::builder::publish_subscribe::PublishSubscribeOpenError as OpenError;
-use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
-use ipc_types::header::Message;
 use ipc_types::topic::Process;
-use ipc_types::{OperatorReply, OperatorRequest};
 
 use crate::bell::{Doorbell, Sleeper};
 use crate::error::BusError;
-use crate::hidden::Hidden;
 use crate::identity::Identity;
+use crate::memory::MemorySite;
 use crate::operator::{OperatorClient, OperatorServer};
+use crate::shared::Shared;
 use crate::site::RunSite;
 
-/// How long a service that should exist may take to be opened: another process
-/// may be cleaning up after a dead one at this moment.
-const OPEN_LIMIT: Duration = Duration::from_secs(2);
-// Short against the limit, long against an attempt (0.1 ms on tmpfs): 400 attempts at most.
-const RETRY_PAUSE_NS: u64 = 5_000_000;
+/// The transport of a bus.
+#[derive(Debug)]
+pub(crate) enum Wiring {
+    Shared(Box<Shared>),
+    Memory(MemorySite),
+}
 
 /// One process's membership in a run. Do all work that may fail before joining:
 /// a process that dies while it joins may leave files behind that only the
 /// wipe after the run removes.
 #[derive(Debug)]
 pub struct Bus {
-    node: Hidden<Node<ipc::Service>>,
-    config: Config,
+    wiring: Wiring,
     identity: Identity,
 }
 
@@ -48,29 +39,18 @@ impl Bus {
     /// Signals stay with the caller. Fails when the site is invalid or the node cannot be
     /// created.
     pub fn join(site: &RunSite, run: u64, generation: u32, name: &str) -> Result<Self, BusError> {
-        // Before the first call into the transport: it logs its
-        // missing configuration file as well.
-        // The transport reports expected races as errors on the terminal.
-        set_log_level(LogLevel::Fatal);
-        let config = site.config()?;
-        let failed = |reason: String| BusError::Join {
-            root: site.root.clone(),
-            reason,
-        };
-        let name = NodeName::new(name).map_err(|error| failed(format!("{error:?}")))?;
-        // The process handles signals itself: handlers of the transport would replace them, and
-        // a SIGTERM would then not bring the arm to rest first.
-        let node = NodeBuilder::new()
-            .name(&name)
-            .config(&config)
-            .signal_handling_mode(SignalHandlingMode::Disabled)
-            .create::<ipc::Service>()
-            .map_err(|error| failed(format!("{error:?}")))?;
         Ok(Self {
-            node: Hidden::new(node),
-            config,
+            wiring: Wiring::Shared(Box::new(Shared::join(site, name)?)),
             identity: Identity { run, generation },
         })
+    }
+
+    /// Joins run `run` as start number `generation` of a modelled process.
+    pub fn in_memory(site: &MemorySite, run: u64, generation: u32) -> Self {
+        Self {
+            wiring: Wiring::Memory(site.clone()),
+            identity: Identity { run, generation },
+        }
     }
 
     /// Identity of the run.
@@ -87,116 +67,43 @@ impl Bus {
         self.identity
     }
 
+    pub(crate) fn wiring(&self) -> &Wiring {
+        &self.wiring
+    }
+
     /// The end of a process's doorbell that wakes it.
     pub fn doorbell(&self, process: Process) -> Result<Doorbell, BusError> {
         let name = ipc_types::topic::doorbell(process);
-        let service = open(&name, || self.builder(&name)?.event().open().map_err(text))?;
-        Doorbell::new(&service, &name)
+        Ok(Doorbell::new(match &self.wiring {
+            Wiring::Shared(shared) => shared.ring(&name)?,
+            Wiring::Memory(site) => site.ring(&name),
+        }))
     }
 
     /// The end of a doorbell that sleeps; one per process.
     pub fn sleeper(&self, process: Process) -> Result<Sleeper, BusError> {
         let name = ipc_types::topic::doorbell(process);
-        let service = open(&name, || self.builder(&name)?.event().open().map_err(text))?;
-        Sleeper::new(&service, &name)
+        Ok(Sleeper::new(match &self.wiring {
+            Wiring::Shared(shared) => shared.sleep(&name)?,
+            Wiring::Memory(site) => site.sleep(&name),
+        }))
     }
 
     /// The client of people and tools: sends a request and waits for the reply.
     pub fn operator_client(&self) -> Result<OperatorClient, BusError> {
-        OperatorClient::new(&self.open_operator()?, self.identity)
+        let port = match &self.wiring {
+            Wiring::Shared(shared) => shared.ask()?,
+            Wiring::Memory(site) => site.ask(),
+        };
+        Ok(OperatorClient::new(port, self.identity))
     }
 
     /// The server of operator requests, for physics only (ADR 0001).
     pub fn operator_server(&self) -> Result<OperatorServer, BusError> {
-        OperatorServer::new(&self.open_operator()?, self.identity)
-    }
-
-    fn open_operator(&self) -> Result<crate::operator::Factory, BusError> {
-        let name = ipc_types::topic::OPERATOR_SERVICE;
-        open(name, || {
-            self.builder(name)?
-                .request_response::<OperatorRequest, OperatorReply>()
-                .open()
-                .map_err(text)
-        })
-    }
-
-    pub(crate) fn open_topic<T: Message>(
-        &self,
-        name: &str,
-    ) -> Result<PortFactory<ipc::Service, T, ()>, BusError> {
-        open(name, || {
-            // Other types are final: a retry would delay the same error by 2 s.
-            match self.builder(name)?.publish_subscribe::<T>().open() {
-                Ok(service) => Ok(service),
-                Err(OpenError::IncompatibleTypes) => Err(self.version_error::<T>(name)),
-                Err(error) => Err(text(error)),
-            }
-        })
-    }
-
-    fn builder(
-        &self,
-        name: &str,
-    ) -> Result<iceoryx2::service::builder::Builder<ipc::Service>, Refusal> {
-        Ok(self
-            .node
-            .service_builder(&ServiceName::new(name).map_err(text)?))
-    }
-
-    // The type of the running cell is looked up so that the message names both versions.
-    fn version_error<T: Message>(&self, name: &str) -> Refusal {
-        let path = core::any::type_name::<T>();
-        let short = path.rsplit("::").next().unwrap_or(path);
-        let ours = format!("{short}#{:016x}", T::SCHEMA);
-        let theirs = ServiceName::new(name).ok().and_then(|service| {
-            let pattern = MessagingPattern::PublishSubscribe;
-            let details = ipc::Service::details(&service, &self.config, pattern).ok()??;
-            let types = details
-                .static_details
-                .publish_subscribe()
-                .message_type_details();
-            Some(types.payload.type_name().to_string())
-        });
-        Refusal::Final(BusError::Version {
-            service: name.to_owned(),
-            theirs: theirs.unwrap_or_else(|| "another type".to_owned()),
-            ours,
-        })
-    }
-}
-
-/// Reason why an attempt to open failed.
-enum Refusal {
-    Passing(String),
-    Final(BusError),
-}
-
-fn text(error: impl core::fmt::Debug) -> Refusal {
-    Refusal::Passing(format!("{error:?}"))
-}
-
-/// Tries until it works, the error is final, or the time is over.
-fn open<S>(name: &str, mut open: impl FnMut() -> Result<S, Refusal>) -> Result<S, BusError> {
-    // A dead process's files may be under removal at this moment, which fails an attempt
-    // without a fault of this cell; hence the retries.
-    let start_ns = monotonic_ns();
-    loop {
-        let reason = match open() {
-            Ok(service) => return Ok(service),
-            Err(Refusal::Final(error)) => return Err(error),
-            Err(Refusal::Passing(reason)) => reason,
+        let port = match &self.wiring {
+            Wiring::Shared(shared) => shared.serve()?,
+            Wiring::Memory(site) => site.serve(),
         };
-        let waited = Duration::from_nanos(monotonic_ns().saturating_sub(start_ns));
-        // The limit is checked after an attempt, so that even a late caller gets one.
-        if waited >= OPEN_LIMIT {
-            let waited_ms = u64::try_from(waited.as_millis()).unwrap_or(u64::MAX);
-            return Err(BusError::Open {
-                service: name.to_owned(),
-                reason,
-                waited_ms,
-            });
-        }
-        sleep_until(monotonic_ns() + RETRY_PAUSE_NS);
+        Ok(OperatorServer::new(port, self.identity))
     }
 }

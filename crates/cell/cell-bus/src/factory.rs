@@ -5,6 +5,7 @@ use std::any::Any;
 use iceoryx2::prelude::{Node, ServiceName, ipc};
 use iceoryx2::service::builder::Builder;
 use ipc_types::header::Message;
+use ipc_types::topic::TopicId;
 
 use crate::error::BusError;
 use crate::hidden::Hidden;
@@ -18,6 +19,16 @@ pub struct Limits {
     pub(crate) readers: usize,
     /// Newest messages a late joiner gets.
     pub(crate) history: usize,
+}
+
+impl Limits {
+    pub(crate) fn of(topic: TopicId) -> Self {
+        Self {
+            depth: topic.depth(),
+            readers: qos::max_subscribers(topic),
+            history: qos::history(topic),
+        }
+    }
 }
 
 /// Creates services as one node of the transport.

@@ -22,8 +22,8 @@ use ipc_types::{
 use crate::error::BusError;
 use crate::factory::{Factory, Limits, create_error};
 use crate::message::TopicMessage;
-use crate::operator::create_service;
 use crate::qos;
+use crate::shared::operator::create_service;
 use crate::site::RunSite;
 
 /// Creates every service of a run before any process starts, and holds them: a process of the
@@ -121,12 +121,7 @@ impl Keeper {
     }
 
     fn create_topic_of<T: TopicMessage>(&mut self, topic: TopicId) -> Result<(), BusError> {
-        let limits = Limits {
-            depth: topic.depth(),
-            readers: qos::max_subscribers(topic),
-            history: qos::history(topic),
-        };
-        self.add::<T>(&topic.service(), limits)
+        self.add::<T>(&topic.service(), Limits::of(topic))
     }
 
     /// Creates one more topic `name`, for a tool or a test with its own: `depth` messages that

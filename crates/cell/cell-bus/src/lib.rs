@@ -6,6 +6,8 @@
 //! counts those of an older start of the writer and invalid ones, and keeps the last good one.
 //! A [`Gate`] keeps a message back until the tick from which it may be used.
 //!
+//! A model of a cell has the same ports in one thread, without processes: [`Bus::in_memory`].
+//!
 //! A bus and its ports stay on the thread that made them; another thread joins
 //! for itself.
 
@@ -21,12 +23,14 @@ mod gate;
 mod hidden;
 mod identity;
 mod keeper;
+mod memory;
 mod message;
 mod operator;
 mod ports;
 mod publisher;
 mod qos;
 mod reader;
+mod shared;
 mod site;
 mod subscriber;
 mod writer;
@@ -38,8 +42,9 @@ pub use error::{BusError, PublishError, RequestError};
 pub use fence::Counts;
 pub use gate::Gate;
 pub use keeper::Keeper;
+pub use memory::MemorySite;
 pub use message::TopicMessage;
-pub use operator::{OperatorClient, OperatorServer};
+pub use operator::{Answered, OperatorClient, OperatorServer, PendingReply};
 pub use publisher::Publisher;
 pub use qos::needed_bytes;
 pub use site::RunSite;

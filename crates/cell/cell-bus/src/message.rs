@@ -8,7 +8,7 @@ use ipc_types::{
     ArmCommand, ArmStatus, Contacts, Decision, Health, Keyframe, TraceLine, WorldPiece, WorldState,
 };
 
-use crate::bus::Bus;
+use crate::bus::{Bus, Wiring};
 use crate::error::BusError;
 use crate::factory::{Factory, Limits};
 use crate::reader::{Reader, Subscribe};
@@ -48,14 +48,29 @@ macro_rules! topic_messages {
                 name: &str,
                 tap: Option<&str>,
             ) -> Result<Box<dyn Publish<Self>>, BusError> {
-                Ok(Box::new(Writer::open(bus, name, tap)?))
+                let id = bus.identity();
+                Ok(match bus.wiring() {
+                    Wiring::Shared(at) => {
+                        Box::new(Writer::open(id, name, tap, |name| at.outlet::<Self>(name))?)
+                    }
+                    Wiring::Memory(at) => {
+                        Box::new(Writer::open(id, name, tap, |name| at.outlet::<Self>(name))?)
+                    }
+                })
             }
 
             fn subscribe_to(
                 bus: &Bus,
                 name: &str,
             ) -> Result<Box<dyn Subscribe<Self>>, BusError> {
-                Ok(Box::new(Reader::open(bus, name)?))
+                Ok(match bus.wiring() {
+                    Wiring::Shared(at) => {
+                        Box::new(Reader::new(at.inlet::<Self>(name)?, bus.run()))
+                    }
+                    Wiring::Memory(at) => {
+                        Box::new(Reader::new(at.inlet::<Self>(name)?, bus.run()))
+                    }
+                })
             }
         }
     )*};

@@ -10,16 +10,33 @@
 //! and lengths; at most `MAX_BORROWED` (`qos.rs`) samples are held at a time, otherwise the
 //! next `receive` fails.
 
-use iceoryx2::port::subscriber::Subscriber as Port;
-use iceoryx2::prelude::{PortFactory as _, ipc};
-use iceoryx2::sample::Sample;
-use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
-use ipc_types::Invalid;
-use ipc_types::header::Message;
+use core::fmt::Debug;
+use core::ops::Deref;
 
-use crate::bus::Bus;
-use crate::error::BusError;
+use ipc_types::header::Message;
+use ipc_types::{Invalid, Validate as _, Wire as _};
+
 use crate::fence::{Admission, Counts, Fence};
+
+/// A reading port of one of the wirings.
+pub(crate) trait Inlet: Debug {
+    type Message: Message;
+    /// A message in its place.
+    type Sample: Deref<Target = Self::Message> + Debug;
+
+    /// The next message and the port that sent it, or `None`; an error is of the connection to
+    /// one writer.
+    fn receive(&mut self) -> Result<Option<(u128, Self::Sample)>, NoConnection>;
+
+    /// Whether a message just taken must be the newest: its writer can have no second one
+    /// waiting, and it is the only writer. A `receive` that finds nothing costs more than this
+    /// check.
+    fn is_the_only_one(&self) -> bool;
+}
+
+/// A writer that died while it joined.
+#[derive(Debug)]
+pub(crate) struct NoConnection;
 
 /// The reader of a topic, with the type of its port hidden.
 #[doc(hidden)]
@@ -34,47 +51,28 @@ pub trait Subscribe<T>: core::fmt::Debug {
 }
 
 #[derive(Debug)]
-pub(crate) struct Reader<T: Message> {
-    port: Port<ipc::Service, T, ()>,
-    service: PortFactory<ipc::Service, T, ()>,
-    /// Messages of one writer that can wait.
-    depth: usize,
-    current: Option<Sample<ipc::Service, T, ()>>,
+pub(crate) struct Reader<I: Inlet> {
+    port: I,
+    current: Option<I::Sample>,
     fence: Fence,
     invalid: Option<Invalid>,
     errors: u64,
 }
 
-impl<T: Message> Reader<T> {
-    pub(crate) fn open(bus: &Bus, name: &str) -> Result<Self, BusError> {
-        let service = bus.open_topic::<T>(name)?;
-        let port = service
-            .subscriber_builder()
-            .create()
-            .map_err(|error| BusError::Port {
-                service: name.to_owned(),
-                reason: format!("{error:?}"),
-            })?;
-        Ok(Self {
-            depth: port.buffer_size(),
+impl<I: Inlet> Reader<I> {
+    /// The reader of messages of run `run`.
+    pub(crate) fn new(port: I, run: u64) -> Self {
+        Self {
             port,
-            service,
             current: None,
-            fence: Fence::new(bus.run(), T::SCHEMA),
+            fence: Fence::new(run, I::Message::SCHEMA),
             invalid: None,
             errors: 0,
-        })
-    }
-
-    /// Whether a message just taken must be the newest: its writer can have no second one
-    /// waiting, and it is the only writer. A `receive` that finds nothing costs more than this
-    /// check.
-    fn is_the_only_one(&self) -> bool {
-        self.depth == 1 && self.service.dynamic_config().number_of_publishers() == 1
+        }
     }
 
     /// The next message that may be used.
-    fn receive(&mut self) -> Option<Sample<ipc::Service, T, ()>> {
+    fn receive(&mut self) -> Option<I::Sample> {
         loop {
             // An error is of the connection to one writer, e.g. one that died while it joined.
             // The message in use stays valid, so the cycle continues with it.
@@ -82,17 +80,15 @@ impl<T: Message> Reader<T> {
                 self.errors += 1;
                 return None;
             };
-            let sample = received?;
-            let message = sample.payload();
+            let (port, message) = received?;
             // Validated in place, in shared memory: a copy first
             // would cost the cycle a state of 20 kB.
             let checked = message.validate();
-            let port = sample.origin().value();
             // The port id is the connection's, not the message's,
             // so a flipped bit cannot forge it.
             let admission = self.fence.judge(port, message.header(), checked.is_ok());
             if admission == Admission::Accept {
-                return Some(sample);
+                return Some(message);
             }
             // The reason is kept for the log; the drop itself is in the counts.
             self.invalid = checked.err().or(self.invalid);
@@ -100,15 +96,15 @@ impl<T: Message> Reader<T> {
     }
 }
 
-impl<T: Message> Subscribe<T> for Reader<T> {
-    fn take(&mut self) -> Option<&T> {
+impl<I: Inlet> Subscribe<I::Message> for Reader<I> {
+    fn take(&mut self) -> Option<&I::Message> {
         let mut fresh = false;
         // Older messages are judged as well: skipping them would
         // leave gaps in the fence's counts.
         while let Some(sample) = self.receive() {
             self.current = Some(sample);
             fresh = true;
-            if self.is_the_only_one() {
+            if self.port.is_the_only_one() {
                 break;
             }
         }
@@ -116,16 +112,16 @@ impl<T: Message> Subscribe<T> for Reader<T> {
         if fresh { self.current() } else { None }
     }
 
-    fn current(&self) -> Option<&T> {
+    fn current(&self) -> Option<&I::Message> {
         self.current.as_deref()
     }
 
-    fn take_all(&mut self, each: &mut dyn FnMut(&T)) -> usize {
+    fn take_all(&mut self, each: &mut dyn FnMut(&I::Message)) -> usize {
         let mut taken = 0;
         // The newest stays borrowed as the current message; all
         // before it are returned one by one.
         while let Some(sample) = self.receive() {
-            each(sample.payload());
+            each(&sample);
             taken += 1;
             self.current = Some(sample);
         }

@@ -1,18 +1,31 @@
 //! The writing port of a topic, and of its tap.
 
-use cell_rt::monotonic_ns;
-use iceoryx2::port::LoanError;
-use iceoryx2::port::publisher::Publisher as Port;
-use iceoryx2::port::update_connections::UpdateConnections;
-use iceoryx2::prelude::{BackpressureStrategy, ipc};
-use iceoryx2::sample_mut::SampleMut;
-use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
+use core::fmt::Debug;
+
 use ipc_types::Wire as _;
 use ipc_types::header::{Header, Message};
 
-use crate::bus::Bus;
 use crate::error::{BusError, PublishError};
 use crate::identity::Identity;
+
+/// A writing port of one of the wirings.
+pub(crate) trait Outlet: Debug {
+    type Message: Message;
+    type Loan: Loan<Self::Message>;
+
+    /// A place for a message, which holds an earlier one or zeros.
+    fn loan(&self) -> Result<Self::Loan, PublishError>;
+    /// Lets readers in that joined; false if that failed.
+    fn update_connections(&self) -> bool;
+    /// Time for the stamp of a message.
+    fn now_ns(&self) -> u64;
+}
+
+/// The place of one message.
+pub(crate) trait Loan<T> {
+    fn message(&mut self) -> &mut T;
+    fn send(self) -> Result<(), PublishError>;
+}
 
 /// The writer of a topic, with the type of its port hidden.
 #[doc(hidden)]
@@ -25,24 +38,28 @@ pub trait Publish<T>: core::fmt::Debug {
 }
 
 #[derive(Debug)]
-pub(crate) struct Writer<T: Message> {
-    port: Port<ipc::Service, T, ()>,
+pub(crate) struct Writer<O> {
+    port: O,
     /// Copies of all that is sent, for a recorder.
-    tap: Option<Port<ipc::Service, T, ()>>,
+    tap: Option<O>,
     identity: Identity,
     /// Of the newest message.
     header: Header,
     errors: u64,
 }
 
-impl<T: Message> Writer<T> {
-    /// `tap` is the topic that gets a copy of every message.
-    pub(crate) fn open(bus: &Bus, name: &str, tap: Option<&str>) -> Result<Self, BusError> {
-        let open = |name: &str| port(&bus.open_topic::<T>(name)?, name);
+impl<O: Outlet> Writer<O> {
+    /// Opens the topic `name`, and `tap`, which gets a copy of every message.
+    pub(crate) fn open(
+        identity: Identity,
+        name: &str,
+        tap: Option<&str>,
+        open: impl Fn(&str) -> Result<O, BusError>,
+    ) -> Result<Self, BusError> {
         Ok(Self {
             port: open(name)?,
             tap: tap.map(open).transpose()?,
-            identity: bus.identity(),
+            identity,
             // The first message has number 1: 0 is the number in
             // zeroed memory, which the fence rejects.
             header: Header::zeroed(),
@@ -50,24 +67,24 @@ impl<T: Message> Writer<T> {
         })
     }
 
-    fn try_publish(&mut self, write: &mut dyn FnMut(&mut T)) -> Result<u64, PublishError> {
+    fn try_publish(&mut self, write: &mut dyn FnMut(&mut O::Message)) -> Result<u64, PublishError> {
         // In place, without a zeroed or copied message in between: a state has 20 kB.
-        let mut sample = ipc_types::loan::loan(&self.port).map_err(PublishError::Loan)?;
-        let message = sample.payload_mut();
+        let mut place = self.port.loan()?;
+        let message = place.message();
         blank(message.header_mut());
         write(message);
         let header = message.header_mut();
         // Stamped after `write`, so that no caller can claim another identity or number.
-        header.schema = T::SCHEMA;
+        header.schema = O::Message::SCHEMA;
         header.run = self.identity.run;
         header.generation = self.identity.generation;
         header.seq = self.header.seq + 1;
-        header.publish_ns = monotonic_ns();
+        header.publish_ns = self.port.now_ns();
         // The header is kept for the caller; after `send` the place belongs to the readers.
         let stamped = *header;
         // The tap's copy is made before `send`, as the message is gone afterwards.
-        let copy = self.tap.as_ref().map(|tap| copied(sample.payload(), tap));
-        sample.send().map_err(PublishError::Send)?;
+        let copy = self.tap.as_ref().map(|tap| copied(place.message(), tap));
+        place.send()?;
         self.header = stamped;
         // The recorder's copy is sent last, and its loss is not
         // a failure of the topic (ADR 0012).
@@ -80,8 +97,8 @@ impl<T: Message> Writer<T> {
     }
 }
 
-impl<T: Message> Publish<T> for Writer<T> {
-    fn publish(&mut self, write: &mut dyn FnMut(&mut T)) -> Result<u64, PublishError> {
+impl<O: Outlet> Publish<O::Message> for Writer<O> {
+    fn publish(&mut self, write: &mut dyn FnMut(&mut O::Message)) -> Result<u64, PublishError> {
         let sent = self.try_publish(write);
         if sent.is_err() {
             self.errors += 1;
@@ -91,7 +108,7 @@ impl<T: Message> Publish<T> for Writer<T> {
 
     fn update_connections(&mut self) {
         for port in [Some(&self.port), self.tap.as_ref()].into_iter().flatten() {
-            self.errors += u64::from(port.update_connections().is_err());
+            self.errors += u64::from(!port.update_connections());
         }
     }
 
@@ -105,29 +122,10 @@ impl<T: Message> Publish<T> for Writer<T> {
 }
 
 /// `message` in memory of another port.
-fn copied<T: Message>(
-    message: &T,
-    port: &Port<ipc::Service, T, ()>,
-) -> Result<SampleMut<ipc::Service, T, ()>, LoanError> {
-    let mut copy = ipc_types::loan::loan(port)?;
-    *copy.payload_mut() = *message;
+fn copied<O: Outlet>(message: &O::Message, port: &O) -> Result<O::Loan, PublishError> {
+    let mut copy = port.loan()?;
+    *copy.message() = *message;
     Ok(copy)
-}
-
-fn port<T: Message>(
-    service: &PortFactory<ipc::Service, T, ()>,
-    name: &str,
-) -> Result<Port<ipc::Service, T, ()>, BusError> {
-    service
-        .publisher_builder()
-        // Overflow makes room, so this never applies; blocking must not be
-        // what happens if it ever does.
-        .backpressure_strategy(BackpressureStrategy::DiscardData)
-        .create()
-        .map_err(|error| BusError::Port {
-            service: name.to_owned(),
-            reason: format!("{error:?}"),
-        })
 }
 
 /// Takes out of a header what its place held before. Inputs beyond the count

@@ -36,5 +36,5 @@ pub use lock::Lock;
 pub use periodic::{Grid, Wake};
 pub use readable::is_readable;
 pub use record_file::RecordFile;
-pub use slot::SlotFile;
+pub use slot::{MemoryFile, SlotFile};
 pub use user_dir::user_dir;

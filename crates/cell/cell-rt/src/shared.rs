@@ -6,6 +6,7 @@ use std::os::fd::AsRawFd;
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 use std::ptr::NonNull;
+use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
 
 /// Shared memory as 64-bit words. Reading a word is always defined, regardless of other
@@ -14,10 +15,13 @@ use std::sync::atomic::AtomicU64;
 pub struct SharedWords {
     start: NonNull<AtomicU64>,
     words: usize,
+    /// Keeps the memory of [`Self::of`]; `None` for a mapped file.
+    // Beside the address and not in its place: reading a word stays the same for both.
+    owner: Option<Arc<[AtomicU64]>>,
 }
 
 // SAFETY: the memory is only reached as atomics, which any thread may use; the
-// mapping stays until the value is dropped.
+// mapping, or the owner, stays until the value is dropped.
 unsafe impl Send for SharedWords {}
 // SAFETY: as above.
 unsafe impl Sync for SharedWords {}
@@ -68,14 +72,28 @@ impl SharedWords {
             return Err(io::Error::last_os_error());
         }
         let start = NonNull::new(address.cast::<AtomicU64>()).ok_or(io::ErrorKind::OutOfMemory)?;
-        Ok(Self { start, words })
+        Ok(Self {
+            start,
+            words,
+            owner: None,
+        })
+    }
+
+    /// The same in the memory of this process: its other owners have the part of other
+    /// processes, in a model of them.
+    pub fn of(words: Arc<[AtomicU64]>) -> Self {
+        Self {
+            start: NonNull::from(&*words).cast(),
+            words: words.len(),
+            owner: Some(words),
+        }
     }
 
     /// The words.
     #[inline]
     pub fn words(&self) -> &[AtomicU64] {
-        // SAFETY: the mapping is `words` words long, page-aligned, initialised
-        // by the kernel, lives as long as `self`, and is only used as atomics.
+        // SAFETY: the mapping is `words` words long, page-aligned, initialised by the kernel,
+        // lives as long as `self`, and is only used as atomics; so is the slice of an owner.
         unsafe { core::slice::from_raw_parts(self.start.as_ptr(), self.words) }
     }
 }
@@ -108,6 +126,9 @@ fn reserve(file: &std::fs::File, bytes: usize) -> io::Result<()> {
 
 impl Drop for SharedWords {
     fn drop(&mut self) {
+        if self.owner.is_some() {
+            return;
+        }
         // SAFETY: exactly the mapping that `open` made; no caller can hold a
         // reference into it any more. Unmapping it cannot fail.
         unsafe { libc::munmap(self.start.as_ptr().cast(), self.words * 8) };

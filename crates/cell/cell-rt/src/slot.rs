@@ -8,27 +8,32 @@
 //! another build, or a link; a length is damaged. The rule: a slot is marked invalid before its
 //! content changes and gets its checksum last, and nothing is used whose checksum is wrong.
 //!
-//! A change must not break: the order of the stores in `write_at`; the header is stored
+//! A change must not break: the order of the stores in `stores` (`layout.rs`); the header is stored
 //! backwards, its magic last; a writer never touches the newest whole record.
 
 use std::io;
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering, fence};
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::shared::SharedWords;
 
 mod layout;
+mod place;
+#[cfg(test)]
+mod tests;
 
 use layout::{
-    FILE_HEADER, Found, MAGIC, MAX_CAPACITY, MAX_SLOTS, SLOT_HEADER, checksum, slot_words, word_of,
-    words,
+    CHECKSUM, FILE_HEADER, Found, MAGIC, MAX_CAPACITY, MAX_SLOTS, SLOT_HEADER, checksum,
+    slot_words, stores, words,
 };
+pub use place::MemoryFile;
+use place::Place;
 
 /// The file of slots. Writing allocates nothing and makes no system call, unless the
 /// record is longer than all before it.
 #[derive(Debug)]
 pub struct SlotFile {
-    path: PathBuf,
+    place: Place,
     memory: SharedWords,
     capacity: usize,
     slots: usize,
@@ -45,6 +50,15 @@ impl SlotFile {
 
     /// As [`Self::open`], with room for the newest `slots` records (2 to 64).
     pub fn with_slots(path: &Path, capacity: usize, slots: usize) -> io::Result<Self> {
+        Self::at(Place::File(path.to_owned()), capacity, slots)
+    }
+
+    /// As [`Self::with_slots`], in memory: for a model of a process that is killed.
+    pub fn in_memory(file: &MemoryFile, capacity: usize, slots: usize) -> io::Result<Self> {
+        Self::at(Place::Memory(file.clone()), capacity, slots)
+    }
+
+    fn at(place: Place, capacity: usize, slots: usize) -> io::Result<Self> {
         let fits = (1..=MAX_CAPACITY).contains(&capacity) && (2..=MAX_SLOTS).contains(&slots);
         if !fits {
             let text = format!(
@@ -53,7 +67,7 @@ impl SlotFile {
             );
             return Err(io::Error::new(io::ErrorKind::InvalidInput, text));
         }
-        let found = Found::at(path, slots)?;
+        let found = place.find(slots)?;
         let capacity = match found {
             // Longer slots of a former start are kept, as
             // shortening them would lose its records.
@@ -63,8 +77,8 @@ impl SlotFile {
         // Slots of another length start at other offsets.
         let is_kept = matches!(found, Found::Ours(found) if found == capacity);
         let mut this = Self {
-            path: path.to_owned(),
-            memory: SharedWords::open(path, words(capacity, slots))?,
+            memory: place.map(words(capacity, slots))?,
+            place,
             capacity,
             slots,
             next: 0,
@@ -102,7 +116,7 @@ impl SlotFile {
 
     /// Neither empty, nor being written, nor whole.
     fn is_damaged_slot(&self, slot: usize) -> bool {
-        let stored = self.slot(slot)[2].load(Ordering::Acquire);
+        let stored = self.slot(slot)[CHECKSUM].load(Ordering::Acquire);
         stored != 0 && stored != u64::MAX && self.read(slot).is_none()
     }
 
@@ -134,22 +148,28 @@ impl SlotFile {
         if record.len() > self.capacity {
             self.grow(record.len())?;
         }
-        let slot = self.slot(slot % self.slots);
-        // Not valid while it is being written: no record has a checksum above
-        // 32 bits.
-        slot[2].store(u64::MAX, Ordering::Relaxed);
-        // The mark must be visible before any new content, or an
-        // old checksum could cover a mixture.
-        fence(Ordering::SeqCst);
-        slot[0].store(seq, Ordering::Relaxed);
-        slot[1].store(record.len() as u64, Ordering::Relaxed);
-        for (word, bytes) in slot[SLOT_HEADER..].iter().zip(record.chunks(8)) {
-            word.store(word_of(bytes), Ordering::Relaxed);
-        }
-        // And all content before its checksum.
-        fence(Ordering::SeqCst);
-        slot[2].store(u64::from(checksum(seq, record)), Ordering::Release);
+        self.store(slot, stores(seq, record));
         Ok(())
+    }
+
+    /// As [`Self::write`] by a process that is killed after `count` stores. Nothing else may be
+    /// done with this file afterwards: its successor opens it.
+    ///
+    /// # Errors
+    /// As [`Self::write`].
+    pub fn write_part(&mut self, seq: u64, record: &[u8], count: usize) -> io::Result<()> {
+        if record.len() > self.capacity {
+            self.grow(record.len())?;
+        }
+        self.store(self.next, stores(seq, record).take(count));
+        Ok(())
+    }
+
+    fn store(&self, slot: usize, stores: impl Iterator<Item = (usize, u64)>) {
+        let slot = self.slot(slot % self.slots);
+        // Each store after all before it: a reader that sees new content sees the mark, one
+        // that sees the checksum all content.
+        stores.for_each(|(word, value)| slot[word].store(value, Ordering::Release));
     }
 
     /// Moves the whole records to slots for `needed` bytes in a file of their own, which
@@ -162,20 +182,16 @@ impl SlotFile {
         }
         // A new file and a rename, not a longer old one: slots
         // of another length overlap the old.
-        let path = grown(&self.path);
-        // Left by a process that was killed here.
-        std::fs::remove_file(&path).ok();
-        let grown = Self::with_slots(&path, capacity, self.slots).and_then(|mut grown| {
+        let beside = self.place.beside();
+        let grown = Self::at(beside.clone(), capacity, self.slots).and_then(|mut grown| {
             for (slot, seq, record) in self.all_slots() {
                 grown.write_at(slot, seq, &record)?;
             }
-            std::fs::rename(&path, &self.path)?;
+            self.place.replace_by(&beside)?;
             Ok(grown)
         });
         // Without room the short slots stay valid; a leftover would take the room they need.
-        let grown = grown.inspect_err(|_| {
-            std::fs::remove_file(&path).ok();
-        })?;
+        let grown = grown.inspect_err(|_| beside.remove())?;
         (self.memory, self.capacity) = (grown.memory, grown.capacity);
         Ok(())
     }
@@ -209,7 +225,7 @@ impl SlotFile {
     /// Forgets all records.
     pub fn clear(&mut self) {
         for slot in 0..self.slots {
-            self.slot(slot)[2].store(u64::MAX, Ordering::Release);
+            self.slot(slot)[CHECKSUM].store(u64::MAX, Ordering::Release);
         }
     }
 
@@ -226,7 +242,7 @@ impl SlotFile {
 
     fn read(&self, index: usize) -> Option<(u64, Vec<u8>)> {
         let slot = self.slot(index);
-        let stored = slot[2].load(Ordering::Acquire);
+        let stored = slot[CHECKSUM].load(Ordering::Acquire);
         let seq = slot[0].load(Ordering::Relaxed);
         let length = usize::try_from(slot[1].load(Ordering::Relaxed)).ok()?;
         // Before memory is reserved: a damaged length may be anything.
@@ -239,150 +255,5 @@ impl SlotFile {
         }
         record.truncate(length);
         (stored == u64::from(checksum(seq, &record))).then_some((seq, record))
-    }
-}
-
-/// The file that replaces the one at `path`.
-fn grown(path: &Path) -> PathBuf {
-    let mut name = path.as_os_str().to_owned();
-    name.push(".grown");
-    name.into()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use std::path::PathBuf;
-
-    struct TestFile(PathBuf);
-
-    impl TestFile {
-        fn new(name: &str) -> Self {
-            let file = format!("cell-rt-slot-{name}-{}", std::process::id());
-            Self(std::env::temp_dir().join(file))
-        }
-    }
-
-    impl Drop for TestFile {
-        fn drop(&mut self) {
-            std::fs::remove_file(&self.0).unwrap();
-        }
-    }
-
-    #[test]
-    fn the_newest_record_is_found_after_reopening() {
-        let place = TestFile::new("newest");
-        let mut file = SlotFile::open(&place.0, 100).unwrap();
-        assert_eq!(file.newest(), None);
-        for seq in 1..=7 {
-            file.write(seq, format!("record {seq}").as_bytes()).unwrap();
-        }
-        drop(file);
-        let mut file = SlotFile::open(&place.0, 100).unwrap();
-        assert_eq!(file.newest(), Some((7, b"record 7".to_vec())));
-        file.write(8, b"").unwrap();
-        assert_eq!(
-            SlotFile::open(&place.0, 100).unwrap().newest(),
-            Some((8, Vec::new()))
-        );
-        file.clear();
-        assert_eq!(file.newest(), None);
-    }
-
-    #[test]
-    fn of_many_slots_the_newest_records_are_there_in_their_order() {
-        let place = TestFile::new("many");
-        let mut file = SlotFile::with_slots(&place.0, 8, 5).unwrap();
-        for seq in 1..=7 {
-            file.write(seq, &seq.to_le_bytes()).unwrap();
-        }
-        drop(file);
-        let file = SlotFile::with_slots(&place.0, 8, 5).unwrap();
-        let seqs: Vec<_> = file.all().into_iter().map(|(seq, _)| seq).collect();
-        assert_eq!(seqs, [7, 6, 5, 4, 3]);
-        let file = SlotFile::with_slots(&place.0, 8, 4).unwrap();
-        assert_eq!(file.all(), [], "another layout");
-    }
-
-    #[test]
-    fn a_record_that_was_being_written_gives_way_to_the_one_before() {
-        let place = TestFile::new("torn");
-        let mut file = SlotFile::open(&place.0, 64).unwrap();
-        file.write(1, &[1; 64]).unwrap();
-        file.write(2, &[2; 64]).unwrap();
-        let slot = usize::from(file.newest_slot().unwrap().0 == 1);
-        for word in 0..SLOT_HEADER + 8 {
-            let victim = &file.slot(slot)[word];
-            let whole = victim.load(Ordering::Relaxed);
-            for bit in [0, 17, 63] {
-                victim.store(whole ^ (1 << bit), Ordering::Relaxed);
-                assert_eq!(
-                    file.newest(),
-                    Some((1, vec![1; 64])),
-                    "word {word} bit {bit}"
-                );
-            }
-            victim.store(whole, Ordering::Relaxed);
-        }
-        assert_eq!(file.newest(), Some((2, vec![2; 64])));
-    }
-
-    #[test]
-    fn damage_is_noticed_and_a_write_that_was_cut_off_is_none() {
-        let place = TestFile::new("damage");
-        let mut file = SlotFile::open(&place.0, 64).unwrap();
-        file.write(1, &[1; 64]).unwrap();
-        file.write(2, &[2; 64]).unwrap();
-        let reopened = || SlotFile::open(&place.0, 64).unwrap();
-        assert!(!reopened().was_damaged());
-        file.slot(0)[2].store(u64::MAX, Ordering::Relaxed);
-        assert!(!reopened().was_damaged());
-        file.slot(1)[SLOT_HEADER].store(7, Ordering::Relaxed);
-        assert!(reopened().was_damaged());
-    }
-
-    #[test]
-    fn a_record_longer_than_all_before_makes_the_slots_longer() {
-        let place = TestFile::new("grown");
-        let mut file = SlotFile::open(&place.0, 64).unwrap();
-        file.write(1, &[1; 64]).unwrap();
-        file.write(2, &[2; 64]).unwrap();
-        // Left by a process that was killed while it did this.
-        std::fs::write(grown(&place.0), b"a part").unwrap();
-        file.write(3, &vec![3; 200_000]).unwrap();
-        let found = [(3, vec![3; 200_000]), (2, vec![2; 64])];
-        assert_eq!(file.all(), found);
-        let mut file = SlotFile::open(&place.0, 64).unwrap();
-        assert!(!file.was_damaged());
-        assert_eq!(file.all(), found, "read by a process that expects less");
-        assert!(file.write(4, &vec![0; MAX_CAPACITY + 1]).is_err());
-        assert_eq!(file.all(), found);
-    }
-
-    #[test]
-    fn a_file_that_was_cut_off_is_damaged() {
-        let place = TestFile::new("cut");
-        let mut file = SlotFile::open(&place.0, 5_000).unwrap();
-        file.write(1, &[1; 5_000]).unwrap();
-        drop(file);
-        let whole = std::fs::read(&place.0).unwrap();
-        for length in [1, 23, 24, 3_000, whole.len() - 1] {
-            std::fs::write(&place.0, &whole[..length]).unwrap();
-            let file = SlotFile::open(&place.0, 5_000).unwrap();
-            assert!(file.was_damaged() && file.newest().is_none(), "{length}");
-        }
-    }
-
-    #[test]
-    fn foreign_content_is_not_taken_for_ours() {
-        let place = TestFile::new("foreign");
-        std::fs::write(&place.0, vec![0x5a; 5000]).unwrap();
-        let file = SlotFile::open(&place.0, 64).unwrap();
-        assert!(file.newest().is_none() && file.was_damaged());
-        let mut file = SlotFile::open(&place.0, 64).unwrap();
-        assert!(!file.was_damaged());
-        file.write(1, b"ours").unwrap();
-        assert!(SlotFile::open(&place.0, 0).is_err());
-        assert!(SlotFile::open(&place.0, usize::MAX / 4).is_err());
     }
 }

@@ -42,8 +42,9 @@ pub struct HealthReporter {
     fault: Option<Text<NOTE_BYTES>>,
     process: Process,
     lockstep: bool,
-    overruns: OverrunWatch,
-    /// None where the run directory has no room for it.
+    /// `None` in a model, whose cycles take no time.
+    overruns: Option<OverrunWatch>,
+    /// `None` in a model, and where the run directory has no room for it.
     black_box: Option<BlackBox>,
     generation: u16,
 }
@@ -67,9 +68,28 @@ fn limits(process: Process, is_lockstep: bool) -> (u64, u64) {
     }
 }
 
+/// The ring of the last cycles of `process`.
+// An incident without this ring is poorer; a process that does not start for it is worse.
+fn black_box(start: &Start, process: Process) -> Option<BlackBox> {
+    let black_box = BlackBox::open(&ring_path(&start.spec.run_dir, &process.name()));
+    if let Err(error) = &black_box {
+        crate::warn(format_args!(
+            "no black box, incidents will not show this process: {error}"
+        ));
+    }
+    black_box.ok()
+}
+
 impl HealthReporter {
-    /// The reporter of `process`, for cycles of the calling thread.
-    pub fn new(start: &Start, bus: &Bus, process: Process, fifo: bool) -> Result<Self, BusError> {
+    /// The reporter of `process`, for cycles of the calling thread; its first window begins at
+    /// `now_ns`.
+    pub fn new(
+        start: &Start,
+        bus: &Bus,
+        process: Process,
+        fifo: bool,
+        now_ns: u64,
+    ) -> Result<Self, BusError> {
         let mut message: Health = ipc_types::Wire::zeroed();
         message.pid = std::process::id();
         message.scheduling = if fifo {
@@ -78,19 +98,13 @@ impl HealthReporter {
             Scheduling::Other
         }
         .code();
-        // An incident without this ring is poorer; a process
-        // that does not start for it is worse.
-        let black_box = BlackBox::open(&ring_path(&start.spec.run_dir, &process.name()));
-        if let Err(error) = &black_box {
-            crate::warn(format_args!(
-                "no black box, incidents will not show this process: {error}"
-            ));
-        }
         let lockstep = start.spec.speed.is_lockstep();
         let (late_ns, body_ns) = limits(process, lockstep);
+        let is_modelled = start.is_modelled();
+        let watch = || OverrunWatch::of_this_thread(late_ns, body_ns);
         Ok(Self {
-            overruns: OverrunWatch::of_this_thread(late_ns, body_ns),
-            black_box: black_box.ok(),
+            overruns: (!is_modelled).then(watch),
+            black_box: (!is_modelled).then(|| black_box(start, process)).flatten(),
             process,
             lockstep,
             // The ring keeps 16 bits: enough to tell the starts within its four seconds apart.
@@ -100,7 +114,7 @@ impl HealthReporter {
             lateness: Histogram::new(),
             body: Histogram::new(),
             apply_age: Histogram::new(),
-            window_began_ns: cell_rt::monotonic_ns(),
+            window_began_ns: now_ns,
             window_cycles: 0,
             next_ns: 0,
             refused: None,
@@ -109,16 +123,24 @@ impl HealthReporter {
     }
 
     /// Counts a cycle that worked on `tick`, started at `began_ns`, `late_ns` after its
-    /// deadline, and ends now; `values` are kept with it in the black box, under the names of
+    /// deadline, and ended at `now_ns`; `values` are kept with it in the black box, under the names of
     /// [`cell_model::runs::incident::value_names`].
-    pub fn cycle(&mut self, tick: u64, began_ns: u64, late_ns: u64, values: [f64; VALUES]) {
-        let body_ns = cell_rt::monotonic_ns().saturating_sub(began_ns);
+    pub fn cycle(
+        &mut self,
+        tick: u64,
+        began_ns: u64,
+        late_ns: u64,
+        values: [f64; VALUES],
+        now_ns: u64,
+    ) {
+        let body_ns = now_ns.saturating_sub(began_ns);
         self.message.cycles += 1;
         self.window_cycles += 1;
         self.lateness.record(late_ns);
         self.body.record(body_ns);
         // Looked up now: a few cycles later the kernel's counters include other delays.
-        let cause = self.overruns.cycle(late_ns, body_ns);
+        let watch = self.overruns.as_mut();
+        let cause = watch.and_then(|watch| watch.cycle(late_ns, body_ns));
         let short = |ns: u64| u32::try_from(ns).unwrap_or(u32::MAX);
         if let Some(black_box) = &mut self.black_box {
             black_box.add(&BoxedCycle {
@@ -137,7 +159,9 @@ impl HealthReporter {
     pub fn set_lockstep(&mut self, lockstep: bool) {
         if std::mem::replace(&mut self.lockstep, lockstep) != lockstep {
             let (late_ns, body_ns) = limits(self.process, lockstep);
-            self.overruns.set_limits(late_ns, body_ns);
+            if let Some(watch) = &mut self.overruns {
+                watch.set_limits(late_ns, body_ns);
+            }
         }
     }
 

@@ -51,8 +51,8 @@ pub struct Start {
     pub generation: u32,
     /// Which arm, for a controller.
     pub arm: u8,
-    /// Process id of the launcher.
-    launcher: u32,
+    /// Process id of the launcher; `None` in a model of a process.
+    launcher: Option<u32>,
 }
 
 impl Start {
@@ -78,8 +78,24 @@ impl Start {
             cell,
             generation: args.generation,
             arm: args.arm,
-            launcher: parent,
+            launcher: Some(parent),
         })
+    }
+
+    /// The start of a modelled process in this one, which has no arguments and no launcher.
+    pub fn modelled(spec: RunSpec, cell: Cell, generation: u32, arm: u8) -> Self {
+        Self {
+            spec,
+            cell,
+            generation,
+            arm,
+            launcher: None,
+        }
+    }
+
+    /// Whether this process is only modelled: files and figures of a process are not its own.
+    pub(crate) fn is_modelled(&self) -> bool {
+        self.launcher.is_none()
     }
 
     /// Requests real-time scheduling where the run wants it, and logs what was refused. True if
@@ -179,7 +195,7 @@ pub fn main_of<E: RunError>(
                 Err(error) => fail(&error, EXIT_FAILED),
             };
             // The launcher died: no process is left that would end one of the cell that hangs.
-            if process::parent_pid() != start.launcher {
+            if Some(process::parent_pid()) != start.launcher {
                 orphan::end_the_others(&start.spec.run_dir);
             }
             code

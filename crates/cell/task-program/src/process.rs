@@ -161,7 +161,7 @@ impl<C: Clock> TaskProcess<C> {
             lines: Vec::with_capacity(ROOM_FOR_LINES),
             bells,
             class: LoopClass::new(TASK_PRIORITY, fifo),
-            health: HealthReporter::new(start, bus, Process::Task, fifo)?,
+            health: HealthReporter::new(start, bus, Process::Task, fifo, clock.now_ns())?,
             clock,
             awaits: Await::State,
             message: Decision::zeroed(),
@@ -299,8 +299,8 @@ impl<C: Clock> TaskProcess<C> {
         self.draw(tick);
         self.send_lines(tick);
         let outcome = f64::from(self.message.outcome);
-        self.health
-            .cycle(tick, began_ns, 0, [outcome, 0.0, 0.0, 0.0]);
+        let (values, now_ns) = ([outcome, 0.0, 0.0, 0.0], self.clock.now_ns());
+        self.health.cycle(tick, began_ns, 0, values, now_ns);
     }
 
     /// Removes the statuses of before if physics was restarted or the scene was reset.

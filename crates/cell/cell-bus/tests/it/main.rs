@@ -10,3 +10,4 @@ mod common;
 mod faults;
 mod operator;
 mod topics;
+mod wirings;
