@@ -86,8 +86,8 @@ impl ArmMotion {
     }
 
     /// See [`RmpFlowController::see`].
-    pub fn see(&mut self, state: &WorldState, arm: usize, object_mask: u64) {
-        self.rmpflow.see(state, arm, object_mask);
+    pub fn observe(&mut self, state: &WorldState, arm: usize, object_mask: u64) {
+        self.rmpflow.observe(state, arm, object_mask);
     }
 
     /// See [`Planning::request`](crate::planning).

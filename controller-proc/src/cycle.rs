@@ -148,7 +148,7 @@ impl Cycle {
         };
         let drives = drives(arm, self.joint_count);
         // First: a new start resets the motion, which the rest of the cycle then uses.
-        self.begin(state, arm, &drives);
+        self.start_if_new(state, arm, &drives);
         if let Some(decision) = decision {
             self.latch.take(decision, self.arm);
         }
@@ -157,7 +157,7 @@ impl Cycle {
         let (object_mask, selector) = (self.latch.goal().object_mask, self.latch.goal().selector);
         self.motion.with(|motion| {
             // Also while the arm holds: it still evades, and must see the other arm move.
-            motion.see(state, self.arm, object_mask);
+            motion.observe(state, self.arm, object_mask);
             motion.select(selector)
         });
         self.is_giving_way = stop.cause == StopCause::TrackingError;
@@ -171,7 +171,7 @@ impl Cycle {
         // After `forward`: the integrated state is put back as well, so that the next cycle
         // continues from the same place.
         if arm.stop_action >= StopAction::Hold.code() {
-            self.stand(&drives);
+            self.hold_at_rest(&drives);
         }
         self.count(state.header.tick);
         self.write_command(state, command);
@@ -192,7 +192,7 @@ impl Cycle {
     /// Starts from the setpoint of the drives, so without a step: at the first state, when
     /// physics was restarted, when the scene was reset, and when physics stopped the arm
     /// because commands were missing.
-    fn begin(&mut self, state: &WorldState, arm: &ArmState, drives: &RobotState) {
+    fn start_if_new(&mut self, state: &WorldState, arm: &ArmState, drives: &RobotState) {
         let now = (state.header.generation, state.panel.scene_reset);
         let stopped = arm.stop_action >= StopAction::Hold.code();
         if self.began_with == Some(now) && !stopped {
@@ -218,13 +218,13 @@ impl Cycle {
         let holding = arm.gripper.grip_force > HOLDING_FORCE_N;
         let width = if holding { 0.0 } else { arm.gripper.width };
         self.kept_width.with(|hand| hand.set_width(width));
-        self.suction.begin(&arm.gripper);
+        self.suction.start(&arm.gripper);
     }
 
     /// While physics holds an arm at rest, the command is that rest. Physics accepts any of
     /// these commands, however late it arrives, because each of them continues from the same
     /// setpoint (ADR 0014).
-    fn stand(&mut self, drives: &RobotState) {
+    fn hold_at_rest(&mut self, drives: &RobotState) {
         let n = self.joint_count;
         let (rates, changes) = (drives.velocities.first(n), drives.accelerations.first(n));
         // During the brake ramp the setpoint still moves; the command follows the motion
