@@ -16,7 +16,7 @@ use ipc_types::Health;
 use ipc_types::health::Scheduling;
 use ipc_types::topic::Process;
 
-use kills::{Kills, Sighting, strike};
+use kills::{Kills, Observation, strike};
 use launch::cli::{Cli, Command};
 use supervisor::failure::Failure;
 use supervisor::run::plan::Plan;
@@ -59,7 +59,7 @@ struct Probe {
 }
 
 impl Probe {
-    fn look(&mut self, now: u64, live: &LiveCell) {
+    fn observe(&mut self, now: u64, live: &LiveCell) {
         if now < self.next_ns {
             return;
         }
@@ -111,8 +111,8 @@ pub(crate) fn run(seconds: f64, json: bool) -> Result<(), Failure> {
             now + WARM_UP_NS + nanos(seconds)
         });
         if now < end_ns {
-            probe.look(now, live);
-        } else if kills.turn(now, &look(live), strike) {
+            probe.observe(now, live);
+        } else if kills.update(now, &observe(live), strike) {
             live.stop();
         }
     });
@@ -123,7 +123,7 @@ pub(crate) fn run(seconds: f64, json: bool) -> Result<(), Failure> {
 }
 
 /// The present state of the task.
-fn look(live: &LiveCell) -> Sighting {
+fn observe(live: &LiveCell) -> Observation {
     let mut pids = live.pids().into_iter();
     let pid = pids.find(|(process, _)| *process == Process::Task);
     let pid = pid.and_then(|(_, pid)| pid);
@@ -132,7 +132,7 @@ fn look(live: &LiveCell) -> Sighting {
     let health = live.watch().health(Process::Task);
     let health = health.filter(|health| Some(health.pid) == pid);
     let decision = live.watch().decision().map(|decision| decision.header);
-    Sighting {
+    Observation {
         task: health.map(|health| (health.pid, health.header.generation)),
         decision: decision.map_or((0, 0), |header| (header.generation, header.publish_ns)),
     }

@@ -72,9 +72,11 @@ impl ArmMotion {
         self.controllers.active().map(|(name, _)| name)
     }
 
-    /// See [`RmpFlowController::see`].
-    pub fn see(&mut self, state: &WorldState, arm: usize, object_mask: u64) {
-        self.controllers.default_mut().see(state, arm, object_mask);
+    /// See [`RmpFlowController::observe`].
+    pub fn observe(&mut self, state: &WorldState, arm: usize, object_mask: u64) {
+        self.controllers
+            .default_mut()
+            .observe(state, arm, object_mask);
     }
 
     /// See [`Planning::request`](crate::planning).

@@ -120,7 +120,7 @@ impl Cycle {
         // Take the inputs: a new start first, since it resets the motion, which the rest of the
         // cycle then uses.
         let drives = drives(arm, self.joint_count);
-        self.begin(state, arm, &drives);
+        self.start_if_new(state, arm, &drives);
         if let Some(decision) = decision {
             self.latch.take(decision, self.arm);
         }
@@ -154,7 +154,7 @@ impl Cycle {
     /// Starts from the setpoint of the drives, so without a step: at the first state, when
     /// physics was restarted, when the scene was reset, and when physics stopped the arm
     /// because commands were missing.
-    fn begin(&mut self, state: &WorldState, arm: &ArmState, drives: &RobotState) {
+    fn start_if_new(&mut self, state: &WorldState, arm: &ArmState, drives: &RobotState) {
         let now = (state.header.generation, state.panel.scene_reset);
         let stopped = arm.stop_action >= StopAction::Hold.code();
         if self.began_with == Some(now) && !stopped {
@@ -174,7 +174,7 @@ impl Cycle {
         self.last_tick = None;
         self.controllers.reset(drives);
         self.controllers.second.begin(&arm.gripper);
-        self.suction.begin(&arm.gripper);
+        self.suction.start(&arm.gripper);
     }
 
     /// Sets what the controllers of this cycle follow: the goal's selector, and the hand.
@@ -182,7 +182,7 @@ impl Cycle {
         let goal = self.latch.goal();
         let motion = &mut self.controllers.first;
         // Also while the arm holds: it still evades, and must see the other arm move.
-        motion.see(state, self.arm, goal.object_mask);
+        motion.observe(state, self.arm, goal.object_mask);
         motion.select(goal.selector);
         self.controllers.second.follow(self.latch.gripper());
         self.suction.follow(self.latch.gripper());

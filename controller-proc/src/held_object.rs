@@ -63,7 +63,13 @@ impl HeldObject {
 
     /// Takes the object that `arm` holds in `state`; the `tool` of `flow` carries its spheres.
     /// Allocates nothing.
-    pub fn see(&mut self, state: &WorldState, arm: &ArmState, flow: &mut RmpFlow, tool: TargetId) {
+    pub fn observe(
+        &mut self,
+        state: &WorldState,
+        arm: &ArmState,
+        flow: &mut RmpFlow,
+        tool: TargetId,
+    ) {
         let held = attached(arm);
         // The pose is taken once, at the change: afterwards the object moves with the tool,
         // and its measured pose would carry the tracking error into the motion.

@@ -51,8 +51,8 @@ struct Target {
 struct Gains {
     own: (CspaceTargetParameters, CollisionParameters),
     /// Gains while a path leads the arm.
-    led: (CspaceTargetParameters, CollisionParameters),
-    is_led: bool,
+    path: (CspaceTargetParameters, CollisionParameters),
+    is_following: bool,
 }
 
 /// The arm's motion.
@@ -116,8 +116,8 @@ impl RmpFlowController {
             always_plans: spec.planner,
             gains: Gains {
                 own: (robot.rmpflow.cspace_target, robot.rmpflow.collision),
-                led: plan::led(&robot.rmpflow),
-                is_led: false,
+                path: plan::led(&robot.rmpflow),
+                is_following: false,
             },
             tick: 0,
             // Until the first goal the arm stays where it is.
@@ -131,16 +131,16 @@ impl RmpFlowController {
 
     /// Takes the poses of all that may move, for arm `arm`: the other arms, the objects of
     /// `object_mask`, and the object on the tool.
-    pub fn see(&mut self, state: &WorldState, arm: usize, object_mask: u64) {
+    pub fn observe(&mut self, state: &WorldState, arm: usize, object_mask: u64) {
         self.tick = state.header.tick;
         // The held object first: as an obstacle it would repel the arm that holds it.
         if let Some(arm) = state.arms().get(arm) {
-            self.held.see(state, arm, &mut self.flow, self.tool);
+            self.held.observe(state, arm, &mut self.flow, self.tool);
         }
         let (held, set) = (self.held.object(), self.flow.obstacles_mut());
-        self.surroundings.see_arms(state.arms(), set);
+        self.surroundings.observe_arms(state.arms(), set);
         self.surroundings
-            .see_objects(state.objects(), object_mask, held, set);
+            .observe_objects(state.objects(), object_mask, held, set);
     }
 
     /// Sets whether paths lead the arm around obstacles; if the cell has a planner for the arm
@@ -175,7 +175,7 @@ impl RmpFlowController {
         let mut fixtures = setpoint.obstacle_mask;
         // Fixtures that are not solid guide motion policies around something; paths need no
         // such guide (ADR 0021).
-        if self.planning.is_led() {
+        if self.planning.is_following() {
             fixtures &= self.surroundings.solid_mask();
         }
         self.surroundings
@@ -244,12 +244,12 @@ impl RmpFlowController {
 
     // Only at a switch: setting them validates and computes the constants of the leaf again.
     fn set_gains(&mut self) -> Result<(), rmp::SetupError> {
-        let is_led = self.planning.is_led();
-        if is_led != self.gains.is_led {
+        let is_following = self.planning.is_following();
+        if is_following != self.gains.is_following {
             let gains = self.gains;
-            let (posture, collision) = if is_led { gains.led } else { gains.own };
+            let (posture, collision) = if is_following { gains.path } else { gains.own };
             self.flow.set_gains(posture, collision)?;
-            self.gains.is_led = is_led;
+            self.gains.is_following = is_following;
         }
         Ok(())
     }

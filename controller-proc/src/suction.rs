@@ -18,7 +18,7 @@ impl SuctionController {
     }
 
     /// Starts from the measured state: a gripper that holds, or tries to, continues.
-    pub fn begin(&mut self, measured: &GripperState) {
+    pub fn start(&mut self, measured: &GripperState) {
         self.on = measured.attached == 1 || measured.suction == 1;
     }
 

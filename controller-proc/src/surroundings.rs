@@ -113,14 +113,14 @@ impl Surroundings {
 
     /// Takes the measured joints of the other arms. Their velocity is not used: a policy knows
     /// its own approach, not that of the other arm.
-    pub fn see_arms(&mut self, arms: &[ArmState], set: &mut ObstacleSet) {
+    pub fn observe_arms(&mut self, arms: &[ArmState], set: &mut ObstacleSet) {
         for other in &mut self.others {
             other.place(arms, set);
         }
     }
 
     /// Takes the poses of the objects; see [`ObstacleObjects::place`].
-    pub fn see_objects(
+    pub fn observe_objects(
         &mut self,
         objects: &[ObjectState],
         mask: u64,

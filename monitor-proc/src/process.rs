@@ -176,7 +176,7 @@ impl Drop for Page {
 }
 
 /// State of the recorder for a status message; its span once a second.
-fn recorder_update(recorder: &Recorder, now_ns: u64, due_ns: &mut u64) -> RecorderUpdate {
+fn update_of(recorder: &Recorder, now_ns: u64, due_ns: &mut u64) -> RecorderUpdate {
     let status = recorder.status();
     let due = now_ns >= *due_ns;
     if due {
@@ -273,19 +273,13 @@ impl MonitorProcess {
             let recorder = self.recorder.as_deref();
             let due = &mut self.next_timeline_ns;
             let lines = publisher.update(start_ns, || {
-                recorder.map_or_else(RecorderUpdate::default, |r| {
-                    recorder_update(r, start_ns, due)
-                })
+                recorder.map_or_else(RecorderUpdate::default, |r| update_of(r, start_ns, due))
             });
             if let Some(events) = &mut self.events {
                 events.append(&lines);
             }
-            let spans: Vec<Value> = publisher
-                .broadcast()
-                .publish_timeline()
-                .iter()
-                .map(|s| json!(s))
-                .collect();
+            let spans = publisher.broadcast().publish_timeline();
+            let spans: Vec<Value> = spans.iter().map(|s| json!(s)).collect();
             if let Some(timeline) = &mut self.timeline {
                 timeline.append(&spans);
             }
@@ -346,11 +340,8 @@ impl MonitorProcess {
             self.log.gap(missing);
             if let Some(broadcast) = broadcast {
                 let text = format!("[monitor] {missing} lines of the task were not read in time");
-                broadcast.add_log_line(
-                    self.tick as f64 * TICK_NS as f64 / 1.0e9,
-                    "lifecycle",
-                    &text,
-                );
+                let time_s = self.tick as f64 * TICK_NS as f64 / 1.0e9;
+                broadcast.add_log_line(time_s, "lifecycle", &text);
             }
             self.gaps = gaps;
         }

@@ -11,7 +11,7 @@ const KILLS: usize = 10;
 const SPACING_NS: u64 = 2_500_000_000;
 
 /// State of the task at one moment.
-pub(super) struct Sighting {
+pub(super) struct Observation {
     /// Pid and generation of a running task.
     pub(super) task: Option<(u32, u32)>,
     /// Generation of the newest decision, and its publication time (ns).
@@ -30,14 +30,14 @@ pub(super) struct Kills {
 impl Kills {
     /// One step at `now_ns`; true when all is measured. `strike` kills a pid; it returns false
     /// if the process has ended.
-    pub(super) fn turn(
+    pub(super) fn update(
         &mut self,
         now_ns: u64,
-        look: &Sighting,
+        seen: &Observation,
         strike: impl FnOnce(u32) -> bool,
     ) -> bool {
-        let (decides, sent_ns) = look.decision;
-        match (self.killed, look.task) {
+        let (decides, sent_ns) = seen.decision;
+        match (self.killed, seen.task) {
             // A later generation: the killed one may have
             // decisions that are still being delivered.
             (Some((killed_ns, old)), _) if decides > old => {
@@ -76,28 +76,28 @@ mod tests {
 
     const MS: u64 = 1_000_000;
 
-    fn look(task: Option<(u32, u32)>, decision: (u32, u64)) -> Sighting {
-        Sighting { task, decision }
+    fn observe(task: Option<(u32, u32)>, decision: (u32, u64)) -> Observation {
+        Observation { task, decision }
     }
 
     #[test]
     fn a_wait_lasts_until_the_next_task_decides_and_kills_are_far_apart() {
         let mut kills = Kills::default();
         let mut struck = Vec::new();
-        let mut turn = |now_ns, look: Sighting| {
-            kills.turn(now_ns, &look, |pid| {
+        let mut update = |now_ns, seen: Observation| {
+            kills.update(now_ns, &seen, |pid| {
                 struck.push((pid, now_ns));
                 true
             })
         };
-        turn(5 * MS, look(Some((40, 2)), (1, 4 * MS)));
-        turn(10 * MS, look(Some((40, 2)), (2, 9 * MS)));
-        turn(15 * MS, look(None, (2, 9 * MS)));
-        turn(30 * MS, look(Some((41, 3)), (2, 9 * MS)));
-        turn(35 * MS, look(Some((41, 3)), (3, 32 * MS)));
-        turn(40 * MS, look(Some((41, 3)), (3, 39 * MS)));
+        update(5 * MS, observe(Some((40, 2)), (1, 4 * MS)));
+        update(10 * MS, observe(Some((40, 2)), (2, 9 * MS)));
+        update(15 * MS, observe(None, (2, 9 * MS)));
+        update(30 * MS, observe(Some((41, 3)), (2, 9 * MS)));
+        update(35 * MS, observe(Some((41, 3)), (3, 32 * MS)));
+        update(40 * MS, observe(Some((41, 3)), (3, 39 * MS)));
         let later = 35 * MS + SPACING_NS;
-        turn(later, look(Some((41, 3)), (3, later)));
+        update(later, observe(Some((41, 3)), (3, later)));
         assert_eq!(struck, [(40, 10 * MS), (41, later)]);
         let row = kills.into_row();
         assert_eq!((row.n, row.p50, row.max), (1, 22_000.0, 22_000.0));
@@ -106,8 +106,8 @@ mod tests {
     #[test]
     fn a_task_that_was_gone_already_is_no_kill() {
         let mut kills = Kills::default();
-        kills.turn(MS, &look(Some((40, 1)), (1, MS)), |_| false);
-        kills.turn(2 * MS, &look(Some((41, 2)), (2, 2 * MS)), |_| true);
+        kills.update(MS, &observe(Some((40, 1)), (1, MS)), |_| false);
+        kills.update(2 * MS, &observe(Some((41, 2)), (2, 2 * MS)), |_| true);
         assert_eq!(kills.into_row().n, 0);
     }
 }

@@ -144,7 +144,7 @@ fn cell(index: usize, seconds: f64, step: &Step) -> Result<Late, Failure> {
         });
         if now >= next_ns {
             next_ns = now + WINDOW_NS;
-            late.look(live);
+            late.sample(live);
         }
         if now >= end_ns {
             live.stop();
@@ -157,7 +157,7 @@ fn cell(index: usize, seconds: f64, step: &Step) -> Result<Late, Failure> {
 }
 
 impl Late {
-    fn look(&mut self, live: &LiveCell) {
+    fn sample(&mut self, live: &LiveCell) {
         let watch = live.watch();
         let controller = watch.health(Process::Controller(0));
         let Some((physics, controller)) = watch.health(Process::Physics).zip(controller) else {

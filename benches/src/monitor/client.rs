@@ -27,7 +27,7 @@ impl Viewer {
         let (stop, frames) = (Arc::new(AtomicBool::new(false)), Arc::default());
         let thread = std::thread::spawn({
             let (stop, frames) = (Arc::clone(&stop), Arc::clone(&frames));
-            move || look(address, &token, asks, (&stop, &frames))
+            move || watch(address, &token, asks, (&stop, &frames))
         });
         Self {
             stop,
@@ -49,7 +49,7 @@ impl Viewer {
     }
 }
 
-fn look(
+fn watch(
     address: SocketAddr,
     token: &str,
     asks: bool,

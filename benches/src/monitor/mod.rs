@@ -131,11 +131,11 @@ impl Bench {
         for (done, asks) in [false, true].into_iter().enumerate() {
             end_ns = end_ns.saturating_add(self.measure_ns);
             if since < end_ns {
-                self.look(now, live, asks);
+                self.watch(now, live, asks);
                 return false;
             }
             if self.costs.len() == done {
-                self.end_look(now, live);
+                self.end_watch(now, live);
             }
         }
         // Without health of the controller there is nothing to compare yet.
@@ -167,7 +167,7 @@ impl Bench {
         }
     }
 
-    fn look(&mut self, now: u64, live: &LiveCell, asks: bool) {
+    fn watch(&mut self, now: u64, live: &LiveCell, asks: bool) {
         if self.viewer.is_none() {
             self.viewer = Some(Viewer::start(self.address, self.token.clone(), asks));
         }
@@ -177,7 +177,7 @@ impl Bench {
         }
     }
 
-    fn end_look(&mut self, now: u64, live: &LiveCell) {
+    fn end_watch(&mut self, now: u64, live: &LiveCell) {
         let cost = self.usage.take().zip(monitor(live)).map(|(usage, pid)| {
             let (before, since) = usage;
             let seconds = (now - since) as f64 * 1.0e-9;

@@ -13,7 +13,7 @@
 //! answers are swapped, and the old ones are dropped by the planner's side.
 
 mod goal;
-mod led;
+mod path_follower;
 pub mod planner;
 pub mod request;
 pub mod worker;
@@ -27,7 +27,7 @@ pub use planner::{PlanAnswer, Planner};
 pub use request::{Ask, PlanRequest};
 
 use crate::checkpoint::{CheckpointError, Codec, damaged};
-use led::Led;
+use path_follower::PathFollower;
 
 /// Ticks from a request to its answer. In real time a late answer is taken when it arrives; in
 /// lockstep it is waited for.
@@ -126,9 +126,9 @@ pub(crate) struct Planning {
     /// An answer that was not used yet, or the one it replaced: memory is not freed in a
     /// cycle.
     inbox: Option<PlanAnswer>,
-    led: Option<Led>,
-    /// Whether `led` is in use.
-    is_led: bool,
+    follower: Option<PathFollower>,
+    /// Whether `follower` is in use.
+    is_following: bool,
     /// Distance of the tool from its goal at the last progress of the arm (m, rad), and the
     /// ticks since then.
     last_off: (f64, f64),
@@ -148,8 +148,8 @@ impl Planning {
             answered: 0,
             not_reached: NotReached::None,
             inbox: None,
-            led: None,
-            is_led: false,
+            follower: None,
+            is_following: false,
             last_off: (0.0, 0.0),
             stuck_ticks: 0,
             quiet_until: 0,
@@ -180,7 +180,7 @@ impl Planning {
     pub(crate) fn clear(&mut self) {
         self.goal = None;
         self.is_in_flight = false;
-        self.is_led = false;
+        self.is_following = false;
         self.not_reached = NotReached::None;
         self.stuck_ticks = 0;
         self.quiet_until = 0;
@@ -199,8 +199,8 @@ impl Planning {
         }
     }
 
-    pub(crate) fn is_led(&self) -> bool {
-        self.is_led
+    pub(crate) fn is_following(&self) -> bool {
+        self.is_following
     }
 
     /// Takes an answer, and makes a request if one is needed. Allocates nothing.
@@ -217,17 +217,17 @@ impl Planning {
         // A path to a goal that jumped leads away from it; motion policies are better until
         // the new path is there.
         if off.is_none_or(|(m, _)| m > JUMPED_M) {
-            self.is_led = false;
+            self.is_following = false;
         }
         let (m, rad) = goal.off_pose(now.tool);
         self.watch(now, (m, rad));
         let is_far = m > FAR_M || rad > FAR_RAD;
         // The scene of the guide is the present one: a path is only valid among the obstacles
         // that it was checked with.
-        if let Some(led) = self.led.as_mut().filter(|_| self.is_led) {
+        if let Some(follower) = self.follower.as_mut().filter(|_| self.is_following) {
             let parts = now.solids().flat_map(|id| now.obstacles.parts(id));
-            led.guide.scene.set(parts);
-            self.is_led = !led.is_done(goal, &now.state.positions);
+            follower.guide.scene.set(parts);
+            self.is_following = !follower.is_done(goal, &now.state.positions);
         }
         if !self.is_in_flight
             && now.tick >= self.quiet_until
@@ -259,8 +259,8 @@ impl Planning {
             self.quiet_until = tick + RETRY_TICKS;
             return;
         }
-        self.is_led = answer.led.is_some();
-        std::mem::swap(&mut self.led, &mut answer.led);
+        self.is_following = answer.follower.is_some();
+        std::mem::swap(&mut self.follower, &mut answer.follower);
         if answer.not_reached != NotReached::None {
             self.quiet_until = tick + RETRY_TICKS;
         }
@@ -292,9 +292,9 @@ impl Planning {
         if is_new {
             return Some(Ask::Path);
         }
-        let looks = self.is_led && tick.is_multiple_of(LOOK_TICKS);
-        let led = self.led.as_mut().filter(|_| looks);
-        if led.is_some_and(|led| !led.guide.is_free_ahead(LOOK_AHEAD)) {
+        let checks = self.is_following && tick.is_multiple_of(LOOK_TICKS);
+        let follower = self.follower.as_mut().filter(|_| checks);
+        if follower.is_some_and(|follower| !follower.guide.is_free_ahead(LOOK_AHEAD)) {
             return Some(Ask::Path);
         }
         let failed = self.not_reached != NotReached::None;
@@ -304,15 +304,15 @@ impl Planning {
     /// Joint positions (rad or m) to lead an arm at `positions` to, and whether the tool may
     /// move to its goal; `None` if no path leads it. Allocates nothing.
     pub(crate) fn lead(&mut self, positions: &[f64]) -> Option<(&[f64], bool)> {
-        let led = self.led.as_mut().filter(|_| self.is_led)?;
-        Some(led.lead(positions))
+        let follower = self.follower.as_mut().filter(|_| self.is_following)?;
+        Some(follower.lead(positions))
     }
 
     pub(crate) fn report(&self) -> PlanReport {
-        let led = self.led.as_ref().filter(|_| self.is_led);
-        let path = led.map(|led| {
-            let (at, length) = led.guide.progress();
-            (at, length, led.points)
+        let follower = self.follower.as_ref().filter(|_| self.is_following);
+        let path = follower.map(|follower| {
+            let (at, length) = follower.guide.progress();
+            (at, length, follower.points)
         });
         PlanReport {
             state: match (path.is_some(), self.is_in_flight) {
@@ -343,13 +343,13 @@ impl Planning {
         codec.f64(&mut self.last_off.1)?;
         codec.u64(&mut self.stuck_ticks)?;
         codec.u64(&mut self.quiet_until)?;
-        codec.bool("led", &mut self.is_led)?;
+        codec.bool("led", &mut self.is_following)?;
         // A path that is not in use is not recorded: it would never be used again.
-        if !self.is_led {
+        if !self.is_following {
             return Ok(());
         }
         let capacity = self.request.obstacle_capacity();
-        Led::checkpoint(&mut self.led, codec, &self.arm, capacity)
+        PathFollower::checkpoint(&mut self.follower, codec, &self.arm, capacity)
     }
 }
 

@@ -28,7 +28,7 @@ use plan::{
 };
 use rmp::{CollisionSphere, JointLimits, ObstacleId, RmpFlow, TargetId};
 
-use super::led::Led;
+use super::path_follower::PathFollower;
 use super::request::{Ask, PlanRequest};
 use crate::error::RmpFlowError;
 use crate::surroundings::Among;
@@ -145,7 +145,7 @@ pub struct PlanAnswer {
     pub id: u64,
     /// Reason why no path was found; none if there is one or none is needed.
     pub not_reached: NotReached,
-    pub(crate) led: Option<Led>,
+    pub(crate) follower: Option<PathFollower>,
 }
 
 /// Answers the requests of one arm: equal requests have equal answers, to the bit, in bounded
@@ -183,19 +183,19 @@ impl Planner {
 
     /// The answer to `request`; depends on nothing else.
     pub fn answer(&mut self, request: &PlanRequest) -> PlanAnswer {
-        let (not_reached, led) = match self.solve(request) {
-            Ok(led) => (NotReached::None, led),
+        let (not_reached, follower) = match self.solve(request) {
+            Ok(follower) => (NotReached::None, follower),
             Err(reason) => (reason, None),
         };
         PlanAnswer {
             id: request.id,
             not_reached,
-            led,
+            follower,
         }
     }
 
     /// A path, or `None` if motion policies can move straight to the goal.
-    fn solve(&mut self, request: &PlanRequest) -> Result<Option<Led>, NotReached> {
+    fn solve(&mut self, request: &PlanRequest) -> Result<Option<PathFollower>, NotReached> {
         let scene = self.scene(request);
         let body = self.arm.body(&request.held);
         // The number is the seed: a later request for the same goal tries other
@@ -236,7 +236,9 @@ impl Planner {
             return Ok(None);
         }
         let (held, capacity) = (request.held.clone(), self.capacity);
-        Ok(Some(Led::new(&path, body, held, &points, capacity)))
+        Ok(Some(PathFollower::new(
+            &path, body, held, &points, capacity,
+        )))
     }
 
     /// The obstacles of the request, at their places.

@@ -56,7 +56,10 @@ fn a_contact_of_an_unknown_kind_of_body_is_refused() {
     };
     assert_eq!(contacts.validate(), Ok(()));
     let body = contacts.contacts[1].b;
-    assert_eq!((body >> 16, body & 0xffff), (BodyKind::Fixture.code(), 0xffff));
+    assert_eq!(
+        (body >> 16, body & 0xffff),
+        (BodyKind::Fixture.code(), 0xffff)
+    );
     contacts.contacts[1].a = 3 << 16;
     assert_eq!(contacts.validate().unwrap_err().field, "contact.body");
     contacts.count = 1;

@@ -172,24 +172,22 @@ impl Broadcast {
 
     /// Adds a line without an event to the log.
     pub fn add_log_line(&self, time_s: f64, kind: &str, text: &str) {
-        let mut last = self.lock();
-        last.trace
-            .add_log_line(time_s, kind, TraceEvent::None, text);
+        self.add_event(time_s, kind, TraceEvent::None, text);
     }
 
     /// Adds a line about a process that was restarted to the log.
     pub fn add_restart(&self, time_s: f64, text: &str) {
-        let mut last = self.lock();
-        last.trace
-            .add_log_line(time_s, "lifecycle", TraceEvent::Restart, text);
+        self.add_event(time_s, "lifecycle", TraceEvent::Restart, text);
     }
 
     /// Adds a warning about the inputs of the run to the log.
     pub fn warn(&self, text: &str) {
-        let text = format!("[warning] {text}");
-        let mut last = self.lock();
-        last.trace
-            .add_log_line(0.0, "lifecycle", TraceEvent::None, &text);
+        self.add_log_line(0.0, "lifecycle", &format!("[warning] {text}"));
+    }
+
+    fn add_event(&self, time_s: f64, kind: &str, event: TraceEvent, text: &str) {
+        let trace = &mut self.lock().trace;
+        trace.add_log_line(time_s, kind, event, text);
     }
 
     /// Adds an incident to the log, and the reason to the lane of the process.

@@ -287,11 +287,8 @@ pub fn of_recording(
         if let Ok(recorded) = recording.state_at(time_s) {
             let decision = Some(recorded.decision.as_ref());
             let at_s = recorded.world.header.sim_time_ns as f64 * 1.0e-9;
-            timeline.update(
-                at_s,
-                None,
-                lane_states(&recorded.world, decision, arms, objects),
-            );
+            let states = lane_states(&recorded.world, decision, arms, objects);
+            timeline.update(at_s, None, states);
         }
         time_s += step_s;
     }

@@ -76,7 +76,7 @@ pub struct RecordedPast<F> {
     recording: F,
     fingers: Vec<usize>,
     objects: Vec<String>,
-    trace_before: TraceBefore,
+    before: TraceBefore,
 }
 
 /// Statuses of the task's pictures some time before a moment, with that time.
@@ -89,21 +89,21 @@ impl<F: RecordingSource> RecordedPast<F> {
         recording: F,
         fingers: Vec<usize>,
         objects: Vec<String>,
-        trace_before: TraceBefore,
+        before: TraceBefore,
     ) -> Self {
         Self {
             recording,
             fingers,
             objects,
-            trace_before,
+            before,
         }
     }
 
     /// The task's pictures at `time_s`, as far as known.
     fn trace_at(&mut self, time_s: f64) -> TraceModel {
-        let trace_before = (self.trace_before)(time_s);
+        let before = (self.before)(time_s);
         let (from_s, mut trace) =
-            trace_before.unwrap_or_else(|| (time_s - REPEAT_S, TraceModel::default()));
+            before.unwrap_or_else(|| (time_s - REPEAT_S, TraceModel::default()));
         // From the last known statuses on; without them the last second has every picture.
         for line in self.recording.trace(from_s, time_s).unwrap_or_default() {
             trace.take_picture(&line);
@@ -122,10 +122,8 @@ impl<F: RecordingSource> PastReader for RecordedPast<F> {
             let span = format!("from {from_s:.1} s to {to_s:.1} s");
             return Err(format!("{time_s:.1} s is not recorded; there is {span}"));
         }
-        Ok(self
-            .recording
-            .state_at(time_s)?
-            .frame(&self.fingers, 0.0, 0))
+        let state = self.recording.state_at(time_s)?;
+        Ok(state.frame(&self.fingers, 0.0, 0))
     }
 
     fn message(&mut self, target: SeekTarget) -> Value {

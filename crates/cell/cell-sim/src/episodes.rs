@@ -15,7 +15,7 @@ use cell_model::cells::sweep::{Bounds, Case, Cases, Sweep};
 use cell_model::runs::spec::RunSpec;
 use cell_model::runs::summary::{RunOutcome, RunSummary};
 
-use crate::run::{Said, to_the_end_unless};
+use crate::run::{RunMessage, to_the_end_unless};
 use crate::{OneProcess, Program, SimError};
 
 /// One finished episode.
@@ -90,7 +90,7 @@ impl Episodes<'_> {
         let mut warnings = Vec::new();
         let run = || {
             to_the_end_unless(self.program, &spec, stop, |said| {
-                if let Said::Warning(warning) = said {
+                if let RunMessage::Warning(warning) = said {
                     warnings.push(warning.to_owned());
                 }
             })

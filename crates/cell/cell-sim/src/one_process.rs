@@ -201,7 +201,7 @@ impl OneProcess {
         // physics waits for (ADR 0001). Here the request is carried out and acknowledged at
         // once.
         while let Some((line, action)) = self.plant.waiting().cloned() {
-            self.act(&action)?;
+            self.apply_script(&action)?;
             let mut done = OperatorRequest::zeroed();
             done.action = ipc_types::operator::OperatorAction::ScriptDone.code();
             done.count = line;
@@ -225,13 +225,13 @@ impl OneProcess {
         observe(true);
         self.plant.step(&StepInput { commands, decision });
         observe(false);
-        self.look_for_faults();
+        self.report_faults();
         self.answer();
         Ok(true)
     }
 
     /// Reports the faults of physics that its process would log.
-    fn look_for_faults(&mut self) {
+    fn report_faults(&mut self) {
         let world = self.plant.world();
         if std::mem::replace(&mut self.faults, world.faults()) < world.faults() {
             self.warnings.push(world.fault_words());
@@ -302,7 +302,7 @@ impl OneProcess {
     }
 
     /// Carries out an action that the launcher would apply to a process.
-    fn act(&mut self, action: &ScriptAction) -> Result<(), SimError> {
+    fn apply_script(&mut self, action: &ScriptAction) -> Result<(), SimError> {
         let ScriptAction::Kill { process } = action else {
             return Ok(());
         };

@@ -13,21 +13,21 @@ use crate::{OneProcess, Program, SimError};
 
 /// Reports of a run while it runs.
 #[derive(Clone, Copy, Debug)]
-pub enum Said<'a> {
+pub enum RunMessage<'a> {
     /// A line of the task's log, and its tick.
     Line(u64, &'a str),
     /// A warning.
     Warning(&'a str),
 }
 
-/// Runs `spec` until its task is done or its time limit is reached. `on_said` gets each line of
-/// the task's log and each warning, those of the first and of the last decision included.
+/// Runs `spec` until its task is done or its time limit is reached. `on_message` gets each line
+/// of the task's log and each warning, those of the first and of the last decision included.
 pub fn to_the_end(
     program: &Program,
     spec: &RunSpec,
-    on_said: impl FnMut(Said<'_>),
+    on_message: impl FnMut(RunMessage<'_>),
 ) -> Result<RunSummary, SimError> {
-    to_the_end_unless(program, spec, &|| false, on_said)
+    to_the_end_unless(program, spec, &|| false, on_message)
 }
 
 /// As [`to_the_end`], but the run ends early, as stopped, once `stop` returns `true`.
@@ -35,7 +35,7 @@ pub fn to_the_end_unless(
     program: &Program,
     spec: &RunSpec,
     stop: &dyn Fn() -> bool,
-    mut on_said: impl FnMut(Said<'_>),
+    mut on_message: impl FnMut(RunMessage<'_>),
 ) -> Result<RunSummary, SimError> {
     let began = Instant::now();
     let cell = spec.load_cell_from(&program.data)?;
@@ -52,7 +52,7 @@ pub fn to_the_end_unless(
         // News are taken after each call, also after one without a step: a job can end with its
         // first decision, before any tick.
         let advanced = sim.tick()?;
-        tell_news(&mut sim, &mut on_said);
+        report_new(&mut sim, &mut on_message);
         stopped |= advanced && stop();
         if stopped || !advanced {
             break;
@@ -69,19 +69,20 @@ pub fn to_the_end_unless(
             "the script paused the cell at {time_s:.3} s, and a run in one process has no \
              operator to resume it"
         );
-        on_said(Said::Warning(&paused));
+        on_message(RunMessage::Warning(&paused));
         summary.message.get_or_insert(paused);
     }
-    report::of_replies(&summary.script_replies).for_each(|said| on_said(Said::Warning(&said)));
+    report::of_replies(&summary.script_replies)
+        .for_each(|text| on_message(RunMessage::Warning(&text)));
     Ok(summary)
 }
 
-fn tell_news(sim: &mut OneProcess, on_said: &mut impl FnMut(Said<'_>)) {
+fn report_new(sim: &mut OneProcess, on_message: &mut impl FnMut(RunMessage<'_>)) {
     for (tick, line) in sim.take_trace() {
-        on_said(Said::Line(tick, &line));
+        on_message(RunMessage::Line(tick, &line));
     }
     for warning in sim.take_warnings() {
-        on_said(Said::Warning(&warning));
+        on_message(RunMessage::Warning(&warning));
     }
 }
 

@@ -11,7 +11,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Number;
 
-use crate::output::{print_json, say};
+use crate::output::{print_json, print_line};
 use crate::progress::Progress;
 use crate::warned::Warned;
 
@@ -86,7 +86,7 @@ pub(crate) fn run(program: &Program, search: &Search, json: bool) -> Result<Exit
     // Both bounds first: between two that hold, or two that break, there is nothing to search.
     for end in axis.ends() {
         let tried = search.try_value(program, &axis, end, &progress)?;
-        progress.print(|| tell(key, &tried, json));
+        progress.print(|| print_result(key, &tried, json));
         found.take(tried);
         // The lower bound breaks the task: values above it cannot be the least one that does.
         if found.breaks.is_some() {
@@ -100,7 +100,7 @@ pub(crate) fn run(program: &Program, search: &Search, json: bool) -> Result<Exit
             break;
         };
         let tried = search.try_value(program, &axis, middle, &progress)?;
-        progress.print(|| tell(key, &tried, json));
+        progress.print(|| print_result(key, &tried, json));
         found.take(tried);
     }
     // The progress line is removed before the result is printed over it.
@@ -108,7 +108,7 @@ pub(crate) fn run(program: &Program, search: &Search, json: bool) -> Result<Exit
     if json {
         print_json(&found);
     } else {
-        say(format_args!("{}", found.verdict()));
+        print_line(format_args!("{}", found.verdict()));
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -127,7 +127,7 @@ impl Search {
         let plan = self.plan.with(&axis.at(&value));
         let counts = eval::evaluate(program, &plan, |ended| {
             progress.run(|| {});
-            progress.print(|| warned.tell(&ended.warnings));
+            progress.print(|| warned.show(&ended.warnings));
             let (reason, message) = match &ended.result {
                 Ok(summary) if summary.outcome == RunOutcome::Done => return,
                 Ok(summary) => {
@@ -187,7 +187,7 @@ impl Found {
 }
 
 /// Prints a line for each value, as soon as its result is known.
-fn tell(key: &str, tried: &Tried, json: bool) {
+fn print_result(key: &str, tried: &Tried, json: bool) {
     if json {
         return;
     }
@@ -197,7 +197,7 @@ fn tell(key: &str, tried: &Tried, json: bool) {
         let why = first.message.as_ref().unwrap_or(&first.reason);
         format!(" (seed {}: {why})", first.seed)
     });
-    say(format_args!(
+    print_line(format_args!(
         "{key}={}  {} of {} done  {verdict}{}",
         tried.value,
         tried.done,

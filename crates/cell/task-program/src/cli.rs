@@ -16,7 +16,7 @@ use cell_model::runs::summary::RunOutcome;
 use cell_record::Recording;
 use cell_rt::stdout;
 use cell_sim::eval::EvalLine;
-use cell_sim::run::Said;
+use cell_sim::run::RunMessage;
 use cell_sim::verify::{Report, Verdict, Verified, verify_file};
 use cell_sim::{Program, SimError, run};
 use clap::{Parser, Subcommand};
@@ -27,7 +27,7 @@ use crate::checked::Checked;
 use crate::evaluate::{self, EvalArgs};
 use crate::failure::CliError;
 use crate::inspect::{self, InspectError, Kind};
-use crate::output::{counted, print_json, say};
+use crate::output::{counted, print_json, print_line};
 use crate::progress::Progress;
 
 /// A task that failed or timed out; a recording that differs.
@@ -173,7 +173,7 @@ fn run(program: &Program, words: &[String]) -> Result<ExitCode, CliError> {
                 Some(schema) => schema,
                 None => inspect::schema(program, &what)?,
             };
-            say(format_args!("{schema:#}"));
+            print_line(format_args!("{schema:#}"));
             Ok(ExitCode::SUCCESS)
         }
         Command::Verify {
@@ -200,16 +200,16 @@ fn run_file(program: &Program, path: &Path, json: bool) -> Result<ExitCode, CliE
 fn run_once(program: &Program, spec: &RunSpec, json: bool) -> Result<ExitCode, SimError> {
     let summary = run::to_the_end(program, spec, |said| match said {
         // With `--json` the only output is the summary: a line of the log would break a parser.
-        Said::Line(tick, line) if !json => {
-            say(format_args!("{:9.3} s  {line}", tick as f64 * 1.0e-3));
+        RunMessage::Line(tick, line) if !json => {
+            print_line(format_args!("{:9.3} s  {line}", tick as f64 * 1.0e-3));
         }
-        Said::Line(..) => {}
-        Said::Warning(warning) => cell_worker::warn(warning),
+        RunMessage::Line(..) => {}
+        RunMessage::Warning(warning) => cell_worker::warn(warning),
     })?;
     if json {
         print_json(&summary);
     } else {
-        say(format_args!("{summary}"));
+        print_line(format_args!("{summary}"));
     }
     Ok(code(summary.outcome == RunOutcome::Done))
 }
@@ -256,7 +256,7 @@ fn inspect(program: &Program, verb: BehaviourVerb) -> Result<ExitCode, InspectEr
             if format != "names" {
                 warnings.iter().for_each(cell_worker::warn);
             }
-            say(format_args!(
+            print_line(format_args!(
                 "{}",
                 inspect::draw(&graphs, &format, width.unwrap_or(usize::MAX)).trim_end()
             ));
@@ -281,9 +281,9 @@ fn check(program: &Program, kind: Kind, file: &Path, json: bool) -> Result<ExitC
     }
     let findings = found?;
     for finding in &findings {
-        say(format_args!("warning: {finding}"));
+        print_line(format_args!("warning: {finding}"));
     }
-    say(format_args!(
+    print_line(format_args!(
         "{}: no errors, {}",
         file.display(),
         counted(findings.len() as u64, "warning")
@@ -319,7 +319,7 @@ fn code(done: bool) -> ExitCode {
 
 fn print_report(report: &Report, json: bool) {
     if !json {
-        say(format_args!("{report}{}", around::charts(report)));
+        print_line(format_args!("{report}{}", around::charts(report)));
         return;
     }
     print_json(&Verified {

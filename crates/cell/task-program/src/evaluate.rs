@@ -20,7 +20,7 @@ use robocell_task::Task;
 use crate::bisect::{self, Search};
 use crate::failure::CliError;
 use crate::inspect;
-use crate::output::{counted, print_json, say};
+use crate::output::{counted, print_json, print_line};
 use crate::progress::Progress;
 use crate::recordings::Recordings;
 use crate::rows::{self, Order, RowsError};
@@ -174,7 +174,7 @@ pub(crate) fn run(program: &Program, args: EvalArgs) -> Result<ExitCode, CliErro
         };
         let made = recordings.of(&out)?;
         if !args.json {
-            say(format_args!(
+            print_line(format_args!(
                 "{}: recorded {made} failed episodes",
                 dir.display()
             ));
@@ -276,15 +276,15 @@ fn evaluate(program: &Program, plan: &eval::Plan, json: bool) -> Result<ExitCode
             row.reason.as_deref().unwrap_or_default(),
             set.join("  "),
         );
-        say(format_args!("{}", line.trim_end()));
+        print_line(format_args!("{}", line.trim_end()));
         if let Some(message) = &row.message {
-            say(format_args!("            [fault] {message}"));
+            print_line(format_args!("            [fault] {message}"));
         }
     };
     let counts = eval::evaluate(program, plan, |ended| {
         // Printed while the progress line is removed: otherwise both would be on one line.
         progress.run(|| {
-            warned.tell(&ended.warnings);
+            warned.show(&ended.warnings);
             match &ended.result {
                 Ok(summary) => print(&ended.case, summary),
                 Err(why) => cell_worker::warn(format_args!("seed {}: {why}", ended.case.seed)),
@@ -296,7 +296,7 @@ fn evaluate(program: &Program, plan: &eval::Plan, json: bool) -> Result<ExitCode
     if json {
         print_json(&counts);
     } else {
-        say(format_args!("{} of {} done", counts.done, counts.runs));
+        print_line(format_args!("{} of {} done", counts.done, counts.runs));
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -311,7 +311,7 @@ fn write_rows(program: &Program, order: &Order<'_>, json: bool) -> Result<ExitCo
             "new": new, "new_not_done": failed,
         }));
     } else {
-        say(format_args!(
+        print_line(format_args!(
             "{}: {} of {}; {} now, {failed} of them not done",
             order.out.display(),
             written.rows,

@@ -5,7 +5,7 @@ use std::io::Write as _;
 use cell_rt::stdout;
 
 /// Prints a line; the program reports output that was not written.
-pub(crate) fn say(line: std::fmt::Arguments<'_>) {
+pub(crate) fn print_line(line: std::fmt::Arguments<'_>) {
     stdout::line(line);
 }
 
@@ -20,7 +20,7 @@ pub(crate) fn counted(count: u64, word: &str) -> String {
 /// Prints `value` as one line of JSON.
 pub(crate) fn print_json(value: &impl serde::Serialize) {
     match serde_json::to_string(value) {
-        Ok(line) => say(format_args!("{line}")),
+        Ok(line) => print_line(format_args!("{line}")),
         Err(error) => {
             writeln!(std::io::stderr(), "the summary cannot be written: {error}").ok();
         }

@@ -110,7 +110,7 @@ pub(crate) fn write(program: &Program, order: &Order<'_>) -> Result<Written, Row
     .run(left, &|ended| {
         let mut state = state.lock().unwrap_or_else(PoisonError::into_inner);
         let goes_on = state.take(&plan.identity, &spec, (&host, &folders), &ended);
-        progress.print(|| warned.tell(&ended.warnings));
+        progress.print(|| warned.show(&ended.warnings));
         progress.row(state.failed);
         goes_on
     });

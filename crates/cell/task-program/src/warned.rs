@@ -13,26 +13,26 @@ pub(crate) struct Warned(Mutex<BTreeSet<String>>);
 
 impl Warned {
     /// Shows those of `warnings` that are new.
-    pub(crate) fn tell(&self, warnings: &[String]) {
-        self.news(warnings).iter().for_each(cell_worker::warn);
+    pub(crate) fn show(&self, warnings: &[String]) {
+        self.new_ones(warnings).iter().for_each(cell_worker::warn);
     }
 
-    fn news(&self, warnings: &[String]) -> Vec<String> {
+    fn new_ones(&self, warnings: &[String]) -> Vec<String> {
         let mut shown = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut news = Vec::new();
+        let mut new_ones = Vec::new();
         for warning in warnings {
             // One more than the limit is accepted: it becomes the line that reports further
             // ones.
             if shown.len() > MOST || !shown.insert(warning.clone()) {
                 continue;
             }
-            news.push(if shown.len() > MOST {
+            new_ones.push(if shown.len() > MOST {
                 "more warnings of episodes are not shown; `--seeds N` shows those of one".to_owned()
             } else {
                 warning.clone()
             });
         }
-        news
+        new_ones
     }
 }
 
@@ -45,7 +45,7 @@ mod tests {
         let (warned, mut shown) = (Warned::default(), Vec::new());
         for seed in 0..100 {
             let warnings = ["the same".to_owned(), format!("at {seed} s")];
-            shown.extend(warned.news(&warnings));
+            shown.extend(warned.new_ones(&warnings));
         }
         assert_eq!(shown.iter().filter(|text| *text == "the same").count(), 1);
         assert_eq!(shown.len(), MOST + 1);

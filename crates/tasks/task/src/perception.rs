@@ -35,7 +35,7 @@ impl Perception {
     }
 
     /// The task's view of `state`.
-    pub(crate) fn see<'a>(&'a mut self, state: &'a WorldState) -> &'a WorldState {
+    pub(crate) fn observe<'a>(&'a mut self, state: &'a WorldState) -> &'a WorldState {
         let Some(seen) = &mut self.seen else {
             return state;
         };
@@ -103,7 +103,7 @@ mod tests {
 
     fn positions(perception: &mut Perception, tick: u64) -> Vec<[f64; 3]> {
         let state = state(tick);
-        let seen = perception.see(&state);
+        let seen = perception.observe(&state);
         seen.objects().iter().map(|o| o.pose.position).collect()
     }
 
@@ -111,7 +111,7 @@ mod tests {
     fn without_a_disturbance_the_state_itself_is_seen() {
         let mut perception = Perception::new(&cell(1, &["disturbance.drive_delay_s=0.01"]));
         let state = state(0);
-        assert!(std::ptr::eq(perception.see(&state), &raw const state));
+        assert!(std::ptr::eq(perception.observe(&state), &raw const state));
     }
 
     #[test]
@@ -137,7 +137,7 @@ mod tests {
     fn objects_are_turned_about_z() {
         let mut perception = Perception::new(&cell(1, &["disturbance.yaw_offset_rad=0.2"]));
         let state = state(0);
-        for object in perception.see(&state).objects() {
+        for object in perception.observe(&state).objects() {
             let [w, x, y, z] = object.pose.orientation_wxyz;
             assert!((w * w + z * z - 1.0).abs() < 1e-12 && x == 0.0 && y == 0.0);
             assert!(z != 0.0 && z.abs() <= 0.1, "{z}");

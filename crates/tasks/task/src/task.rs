@@ -123,12 +123,12 @@ impl Task {
         let now = self.clock.advance(state.header.tick, self.panel.paused());
         // Taken out, since the observation borrows it while the task itself is changed below.
         let mut perception = std::mem::take(&mut self.perception);
-        let observation = Observation::new(perception.see(state), status, now);
+        let observation = Observation::new(perception.observe(state), status, now);
         self.out.begin();
         if change.first {
             self.warn();
         }
-        self.obey(change, &state.panel);
+        self.apply(change, &state.panel);
         // `entries` and `from` mark what this decision adds, for the count of phases and for
         // breakpoints, which must not be reached again by lines of an earlier decision.
         let (entries, from) = (self.job.counters.phase_entry, trace.len());

@@ -45,7 +45,7 @@ impl Report {
     /// Adds the recorded values before the first difference.
     // Read from the file again: values before the difference are known to matter only once it
     // is found, and keeping them for every field would take memory for nothing.
-    pub(super) fn look_back(&mut self, recording: &Recording) {
+    pub(super) fn read_before(&mut self, recording: &Recording) {
         let Some(first) = self.first_difference.as_ref() else {
             return;
         };

@@ -13,8 +13,8 @@ use ipc_types::{ArmCommand, ArmStatus, Decision, Wire, WorldState};
 use super::VerifyError;
 use super::difference::{Difference, first_byte};
 use super::inputs::{Checkpoints, Inputs, input};
+use super::message_window::{Found, Key, PATIENCE, Step, key};
 use super::report::{Report, compare};
-use super::shelf::{Found, Key, PATIENCE, Step, key};
 use super::states::SeenState;
 
 /// Compares the commands of one arm with what its controller computes.
@@ -109,14 +109,14 @@ impl<'a> ArmCheck<'a> {
         let (Some(running), Some(command)) = (&mut self.running, self.waiting.front()) else {
             return Ok(Step::Lost);
         };
-        let heard = match heard(self.arm, command, running.cycle.latched(), inputs) {
-            Ok(heard) => heard,
+        let used = match inputs_of(self.arm, command, running.cycle.latched(), inputs) {
+            Ok(used) => used,
             Err(step) => return Ok(step),
         };
         if let Some(request) = running.cycle.plan_request() {
             // The status alone names the answered plan, hence the tick in which it was taken;
             // without the status the path of the arm from here on is unknown.
-            let Some(status) = heard.status else {
+            let Some(status) = used.status else {
                 return Ok(Step::Lost);
             };
             // The answer is computed again, not read: `Planner::answer` is pure (ADR 0021), so
@@ -132,25 +132,25 @@ impl<'a> ArmCheck<'a> {
         }
         // Objects are left out: a controller does not read them, and they are not in every
         // record.
-        heard.state.write_arms(&mut self.state);
-        let (mut computed, mut said) = (ArmCommand::zeroed(), ArmStatus::zeroed());
+        used.state.write_arms(&mut self.state);
+        let (mut computed, mut computed_status) = (ArmCommand::zeroed(), ArmStatus::zeroed());
         running.cycle.update(
             &self.state,
-            heard.decision,
+            used.decision,
             running.decision_limit_ticks,
             &mut computed,
-            &mut said,
+            &mut computed_status,
         );
         // From here on the controller is in the state after this command, compared or not.
         running.at = key(&command.header);
         report.compared_at(command.header.tick);
         let arm = self.arm;
-        if let Some(status) = heard.status {
+        if let Some(status) = used.status {
             let name = format!("status of arm {arm}");
-            let found = compare(&name, status, &mut said);
+            let found = compare(&name, status, &mut computed_status);
             report.statuses.add(found.is_some());
             report.differs(found);
-            report.follow(&name, status, &said);
+            report.follow(&name, status, &computed_status);
         } else {
             report.statuses.skipped += 1;
         }
@@ -199,19 +199,19 @@ impl<'a> ArmCheck<'a> {
 }
 
 /// The inputs of a command, and the status that was sent with it.
-struct Heard<'i> {
+struct CommandInputs<'i> {
     state: &'i SeenState,
     /// Only one that is new to the controller.
     decision: Option<&'i Decision>,
     status: Option<&'i ArmStatus>,
 }
 
-fn heard<'i>(
+fn inputs_of<'i>(
     arm: u8,
     command: &ArmCommand,
     latched: Option<Key>,
     inputs: &'i Inputs,
-) -> Result<Heard<'i>, Step> {
+) -> Result<CommandInputs<'i>, Step> {
     let state = input(&command.header, TopicId::WorldState).ok_or(Step::Lost)?;
     let state = inputs.states.find(state).here()?;
     // A decision that the controller has latched already changes nothing, and may be older than
@@ -221,8 +221,8 @@ fn heard<'i>(
         Some(named) => Some(&**inputs.decisions.find(named).here()?),
         None => None,
     };
-    let shelf = inputs.statuses.get(usize::from(arm)).ok_or(Step::Lost)?;
-    let status = match shelf.find(key(&command.header)) {
+    let window = inputs.statuses.get(usize::from(arm)).ok_or(Step::Lost)?;
+    let status = match window.find(key(&command.header)) {
         Found::NotYet => return Err(Step::Wait),
         // Command and status of a cycle are sent together and have the same number. Unequal
         // inputs mean that one was not recorded, so the status is of another cycle.
@@ -231,7 +231,7 @@ fn heard<'i>(
         }
         Found::Lost => None,
     };
-    Ok(Heard {
+    Ok(CommandInputs {
         state,
         decision,
         status,

@@ -7,16 +7,16 @@ use ipc_types::topic::{Process, TopicId};
 use ipc_types::{ArmStatus, Decision, Header, Keyframe, MAX_ARMS};
 
 use super::message::{Message, Recorded};
+use super::message_window::{Key, MessageWindow, Sequence, key};
 use super::report::Report;
-use super::shelf::{Key, Sequence, Shelf, key};
 use super::states::States;
 
 /// The messages from which others were computed.
 #[derive(Default)]
 pub(super) struct Inputs {
     pub(super) states: States,
-    pub(super) statuses: [Shelf<Box<ArmStatus>>; MAX_ARMS],
-    pub(super) decisions: Shelf<Box<Decision>>,
+    pub(super) statuses: [MessageWindow<Box<ArmStatus>>; MAX_ARMS],
+    pub(super) decisions: MessageWindow<Box<Decision>>,
     commands: [Sequence; MAX_ARMS],
 }
 
@@ -30,10 +30,10 @@ impl Inputs {
                 (TopicId::WorldState, missing, piece.state.tick)
             }
             Message::Status(arm, status) => {
-                let Some(shelf) = self.statuses.get_mut(usize::from(*arm)) else {
+                let Some(window) = self.statuses.get_mut(usize::from(*arm)) else {
                     return false;
                 };
-                let missing = shelf.put(key(&status.header), status.clone());
+                let missing = window.put(key(&status.header), status.clone());
                 (TopicId::ArmStatus(*arm), missing, status.header.tick)
             }
             Message::Command(arm, command) => {
@@ -62,7 +62,7 @@ impl Inputs {
     /// Marks the end of the recording: missing inputs will not follow.
     pub(super) fn end(&mut self) {
         self.states.end();
-        self.statuses.iter_mut().for_each(Shelf::end);
+        self.statuses.iter_mut().for_each(MessageWindow::end);
         self.decisions.end();
     }
 }

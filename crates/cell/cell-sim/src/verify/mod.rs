@@ -24,9 +24,9 @@ mod controller;
 mod difference;
 mod inputs;
 mod message;
+mod message_window;
 mod recording;
 mod report;
-mod shelf;
 mod states;
 mod task;
 

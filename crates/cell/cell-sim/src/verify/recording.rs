@@ -33,7 +33,7 @@ pub fn verify_file(
     };
     let mut report = verify(program, &cell, &spec.policy, &recorded)?;
     // Needs the first difference, so it is a second pass over the file.
-    report.look_back(&recording);
+    report.read_before(&recording);
     Ok(Report {
         cut: recording.cut().map(str::to_owned),
         ..report

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::around::Around;
 use super::difference::{Difference, first_field};
-use super::shelf::Missing;
+use super::message_window::Missing;
 
 /// Gaps that are listed; all are counted, and a reader looks at the first ones.
 const LISTED: usize = 20;

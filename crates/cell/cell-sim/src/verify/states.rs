@@ -2,7 +2,7 @@
 
 use ipc_types::{MAX_OBJECTS, ObjectState, Wire, WorldPiece, WorldState};
 
-use super::shelf::{Found, Key, Missing, Shelf, key};
+use super::message_window::{Found, Key, MessageWindow, Missing, key};
 
 /// A state as far as it was recorded.
 pub(super) struct SeenState {
@@ -53,7 +53,7 @@ impl SeenState {
 /// All states, by generation and number.
 #[derive(Default)]
 pub(super) struct States {
-    shelf: Shelf<SeenState>,
+    window: MessageWindow<SeenState>,
     objects: Vec<ObjectState>,
     /// The state being assembled, and the number of its next piece.
     coming: Option<(Key, SeenState, u32)>,
@@ -99,32 +99,32 @@ impl States {
         // Objects that no piece named keep their newest recorded state: between two tenth ticks
         // only touched and pulled objects are recorded (ADR 0012).
         seen.objects.clone_from(&self.objects);
-        self.shelf.put(state, seen)
+        self.window.put(state, seen)
     }
 
     /// The state with `key`.
     pub(super) fn find(&self, key: Key) -> Found<'_, SeenState> {
-        self.shelf.find(key)
+        self.window.find(key)
     }
 
     /// Whether the objects that the state `key` does not have were at rest around it; `None`
     /// while the next whole state may still follow.
     pub(super) fn rests_around(&self, key: Key) -> Option<bool> {
         // Unknown counts as moved: then the decision is skipped and not reported as different.
-        let Found::Here(state) = self.shelf.find(key) else {
+        let Found::Here(state) = self.window.find(key) else {
             return Some(false);
         };
-        let mut later = self.shelf.after(key);
+        let mut later = self.window.after(key);
         match later.find(|((generation, _), seen)| *generation != key.0 || seen.is_whole()) {
             Some(((generation, _), seen)) => Some(*generation == key.0 && state.rests_until(seen)),
-            None if self.shelf.has_ended() => Some(false),
+            None if self.window.has_ended() => Some(false),
             None => None,
         }
     }
 
     /// Marks the end of the recording.
     pub(super) fn end(&mut self) {
-        self.shelf.end();
+        self.window.end();
     }
 }
 

@@ -11,8 +11,8 @@ use robocell_task::{Policies, TaskError};
 use super::VerifyError;
 use super::difference::{Difference, first_byte};
 use super::inputs::{Checkpoint, Checkpoints, Inputs, input};
+use super::message_window::{Key, PATIENCE, Step, key};
 use super::report::{Report, compare};
-use super::shelf::{Key, PATIENCE, Step, key};
 
 /// Compares the recorded decisions with computed ones.
 pub(super) struct TaskCheck<'a> {
@@ -75,7 +75,7 @@ struct Doubt {
     difference: Difference,
 }
 
-type Heard<'s> = [Option<&'s ArmStatus>; MAX_ARMS];
+type Statuses<'s> = [Option<&'s ArmStatus>; MAX_ARMS];
 
 impl<'a> TaskCheck<'a> {
     pub(super) fn new(policies: &'a Policies, cell: &'a Cell, policy: &'a str) -> Self {
@@ -179,12 +179,12 @@ impl<'a> TaskCheck<'a> {
         let Some(state_key) = input(&decision.header, TopicId::WorldState) else {
             return Step::Lost;
         };
-        let heard = inputs.states.find(state_key).here().and_then(|seen| {
-            let statuses = heard(decision, inputs)?;
+        let used = inputs.states.find(state_key).here().and_then(|seen| {
+            let statuses = inputs_of(decision, inputs)?;
             Ok((seen, statuses))
         });
-        let (seen, statuses) = match heard {
-            Ok(heard) => heard,
+        let (seen, statuses) = match used {
+            Ok(used) => used,
             Err(step) => return step,
         };
         // Unlike a controller the task reads objects; from a state with missing ones its memory
@@ -280,7 +280,7 @@ impl Running {
     fn decide(
         &mut self,
         state: &WorldState,
-        statuses: &Heard<'_>,
+        statuses: &Statuses<'_>,
         history: &mut Computed,
     ) -> Decision {
         let mut decision = Decision::zeroed();
@@ -292,13 +292,13 @@ impl Running {
 }
 
 /// The statuses from which `decision` was made.
-fn heard<'i>(decision: &Decision, inputs: &'i Inputs) -> Result<Heard<'i>, Step> {
+fn inputs_of<'i>(decision: &Decision, inputs: &'i Inputs) -> Result<Statuses<'i>, Step> {
     let mut statuses = [None; MAX_ARMS];
-    for (arm, (slot, shelf)) in (0_u8..).zip(statuses.iter_mut().zip(&inputs.statuses)) {
+    for (arm, (slot, window)) in (0_u8..).zip(statuses.iter_mut().zip(&inputs.statuses)) {
         let Some(named) = input(&decision.header, TopicId::ArmStatus(arm)) else {
             continue;
         };
-        *slot = Some(&**shelf.find(named).here()?);
+        *slot = Some(&**window.find(named).here()?);
     }
     Ok(statuses)
 }

@@ -7,7 +7,7 @@ use cell_model::cells::sweep::Sweep;
 use cell_model::runs::spec::RunSpec;
 use cell_model::runs::summary::RunOutcome;
 use cell_sim::episodes::{self, Episodes};
-use cell_sim::run::{self, Said};
+use cell_sim::run::{self, RunMessage};
 use cell_sim::{Program, eval};
 
 use robocell_task::job::Job;
@@ -98,7 +98,7 @@ fn a_job_that_fails_in_its_first_decision_says_why() {
     };
     let mut said = Vec::new();
     let summary = run::to_the_end(&program, &spec, |one| {
-        if let Said::Line(_, line) = one {
+        if let RunMessage::Line(_, line) = one {
             said.push(line.to_owned());
         }
     });
@@ -117,7 +117,7 @@ fn a_run_that_its_script_paused_says_so() {
     };
     let mut warnings = Vec::new();
     let summary = run::to_the_end(&crate::program(), &spec, |one| {
-        if let Said::Warning(warning) = one {
+        if let RunMessage::Warning(warning) = one {
             warnings.push(warning.to_owned());
         }
     });

@@ -15,7 +15,7 @@ use crate::tree::{Binding, Host, Library};
 use crate::value::{Value, ValueType};
 
 /// The place of a node: its file, and the use of a subtree that it is part of.
-pub(super) struct Site<'a> {
+pub(super) struct NodeContext<'a> {
     pub file: &'a str,
     /// Ids of the uses of subtrees around it, each with a `/`.
     pub prefix: String,
@@ -205,24 +205,24 @@ impl<'a, H: Host> Builder<'a, H> {
     /// The binding of a port to `json`, for a port of that type, or of any.
     pub(super) fn binding(
         &mut self,
-        site: &Site<'a>,
+        context: &NodeContext<'a>,
         json: &Json,
         wanted: Option<ValueType>,
     ) -> Option<Binding> {
         let Data::Object(entries) = &json.data else {
             return match wanted {
-                Some(wanted) => self.literal(site.file, json, wanted),
-                None => self.any_literal(site.file, json),
+                Some(wanted) => self.literal(context.file, json, wanted),
+                None => self.any_literal(context.file, json),
             }
             .map(Binding::Literal);
         };
         match entries.as_slice() {
-            [entry] if entry.key == "bb" => self.key(site.file, &entry.value, wanted),
-            [entry] if entry.key == "port" => self.outer_port(site, &entry.value, wanted),
+            [entry] if entry.key == "bb" => self.key(context.file, &entry.value, wanted),
+            [entry] if entry.key == "port" => self.outer_port(context, &entry.value, wanted),
             _ => {
                 let message = "a value, {\"bb\": \"local.KEY\"}, {\"bb\": \"shared.KEY\"} or, in a \
                                subtree, {\"port\": \"NAME\"} is needed here, this is another object";
-                self.errors.push(site.file, json.place, message);
+                self.errors.push(context.file, json.place, message);
                 None
             }
         }
@@ -284,11 +284,11 @@ impl<'a, H: Host> Builder<'a, H> {
     /// The binding of the port `json` of the subtree around.
     fn outer_port(
         &mut self,
-        site: &Site<'a>,
+        context: &NodeContext<'a>,
         json: &Json,
         wanted: Option<ValueType>,
     ) -> Option<Binding> {
-        let (file, place) = (site.file, json.place);
+        let (file, place) = (context.file, json.place);
         let Some(name) = json.as_text() else {
             let message = format!(
                 "the name of a port is needed here, this is {}",
@@ -297,7 +297,7 @@ impl<'a, H: Host> Builder<'a, H> {
             self.errors.push(file, place, message);
             return None;
         };
-        let Some(ports) = &site.ports else {
+        let Some(ports) = &context.ports else {
             self.errors
                 .push(file, place, "only a subtree has ports to take a value from");
             return None;

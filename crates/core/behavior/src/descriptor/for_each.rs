@@ -49,7 +49,7 @@ impl<'a, H: Host> Builder<'a, H> {
                 index: 0,
                 depth: depth + 1,
             };
-            copies.push(self.node(at.site, child, seat));
+            copies.push(self.node(at.context, child, seat));
             // Nested loops have added their own suffix by now.
             self.suffix.truncate(outer);
         }
@@ -89,12 +89,12 @@ impl<'a, H: Host> Builder<'a, H> {
         } else {
             return Some(name);
         };
-        self.errors.push(at.site.file, value.place, message);
+        self.errors.push(at.context.file, value.place, message);
         None
     }
 
     fn items(&mut self, at: At<'_, 'a>, entries: &'a [Entry]) -> Option<Vec<Item>> {
-        let file = at.site.file;
+        let file = at.context.file;
         let value = get(entries, "items")?;
         let Some(list) = value.as_list() else {
             let message = format!(

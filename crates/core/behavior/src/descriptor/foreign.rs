@@ -133,7 +133,7 @@ impl<'a, H: Host> Builder<'a, H> {
             .iter()
             .map(|p| (p.name, p.value_type, p.default, p.reads, p.writes))
             .collect();
-        let entries = self.port_entries(at.site, json, &known);
+        let entries = self.port_entries(at.context, json, &known);
         let mut ports = Some(Vec::new());
         for (port, value_type, default, reads, writes) in wanted {
             let json = get(entries, port);
@@ -151,7 +151,7 @@ impl<'a, H: Host> Builder<'a, H> {
                     let message = format!(
                         "port '{port}' is written; bind it to a key: {{\"bb\": \"local.KEY\"}}"
                     );
-                    self.errors.push(at.site.file, place, message);
+                    self.errors.push(at.context.file, place, message);
                     None
                 }
                 Some(Binding::Key(scope, key)) => {
@@ -187,7 +187,7 @@ impl<'a, H: Host> Builder<'a, H> {
         value_type: Option<ValueType>,
     ) -> Option<(Location, Option<Binding>)> {
         if let Some(json) = json {
-            return Some((json.place, self.binding(at.site, json, value_type)));
+            return Some((json.place, self.binding(at.context, json, value_type)));
         }
         let json = default?;
         let value = match value_type {
@@ -205,7 +205,7 @@ impl<'a, H: Host> Builder<'a, H> {
         key: (Scope, &str),
         (reads, writes): (bool, bool),
     ) -> Option<In<Value>> {
-        let here = (at.site.file, place);
+        let here = (at.context.file, place);
         let mut slot = None;
         // Both accesses are registered, as `Write` alone does not count as a reader in the
         // checks.
@@ -230,7 +230,7 @@ impl<'a, H: Host> Builder<'a, H> {
                  file provides it (TreeFile), or write it as a subtree of nodes that exist"
             ),
         };
-        self.errors.push(at.site.file, at.place, problem);
+        self.errors.push(at.context.file, at.place, problem);
         None
     }
 }

@@ -12,13 +12,13 @@ use crate::tree::{Host, Kind};
 impl<'a, H: Host> Builder<'a, H> {
     /// A condition that is evaluated before each tick of the child.
     pub(super) fn guard(&mut self, at: At<'_, 'a>, json: &'a Json) -> Option<Kind<H>> {
-        let file = at.site.file;
+        let file = at.context.file;
         let entries = object(&mut self.errors, file, json, "a guard", GUARD_KEYS)?;
-        let name = self.type_name(at.site, json, entries)?;
+        let name = self.type_name(at.context, json, entries)?;
         let place = get(entries, "type").map_or(json.place, |t| t.place);
         let at = At { place, ..at };
         let ports = get(entries, "ports");
-        match self.find(at.site, entries, name)? {
+        match self.find(at.context, entries, name)? {
             Found::Registered(node_type) => self.leaf(at, node_type, ports).map(Kind::EternalGuard),
             Found::Declared(name, _) => self.declared_leaf(at, name, ports).map(Kind::EternalGuard),
             // A guard is one leaf: composites would need a place in the tree, with ids and

@@ -1,6 +1,6 @@
 //! Kinds of the engine's node types.
 
-use super::build::{Builder, Site};
+use super::build::{Builder, NodeContext};
 use super::engine::{self, EngineType, PARALLEL, STATUSES};
 use super::files::place_of;
 use super::json::{Location, Value as Json};
@@ -19,7 +19,7 @@ use crate::value::{Value, ValueType};
 /// A node that is being made.
 #[derive(Clone, Copy)]
 pub(super) struct At<'n, 'a> {
-    pub site: &'n Site<'a>,
+    pub context: &'n NodeContext<'a>,
     pub id: &'n str,
     pub place: Location,
 }
@@ -68,7 +68,7 @@ impl<'a, H: Host> Builder<'a, H> {
     ) -> Option<Kind<H>> {
         // Ports first: a node with wrong ports has no kind, and all mistakes of its ports are
         // reported.
-        let ports = self.engine_ports(at.site, at.place, json, spec)?;
+        let ports = self.engine_ports(at.context, at.place, json, spec)?;
         let memory = if ports.bool("memory") {
             Memory::Yes
         } else {
@@ -125,7 +125,7 @@ impl<'a, H: Host> Builder<'a, H> {
             let message = "the policy 'count' needs the ports 'successes' and 'failures', \
                            'finish' needs 'failures', and other policies have neither";
             let place = ports.place("policy").unwrap_or(at.place);
-            self.errors.push(at.site.file, place, message);
+            self.errors.push(at.context.file, place, message);
             return None;
         }
         match (policy, ids) {
@@ -139,7 +139,7 @@ impl<'a, H: Host> Builder<'a, H> {
                 failures: failures?,
             }),
             (2, Some(ids)) => {
-                let children = self.selected(at.site, ids, children)?;
+                let children = self.selected(at.context, ids, children)?;
                 Some(ParallelPolicy::Selected {
                     children,
                     synchronise,
@@ -151,7 +151,7 @@ impl<'a, H: Host> Builder<'a, H> {
                 let message = "the port 'selected' and the policy 'selected' belong together; \
                                give both or none";
                 let place = ids.map_or(at.place, |ids| ids.place);
-                self.errors.push(at.site.file, place, message);
+                self.errors.push(at.context.file, place, message);
                 None
             }
         }
@@ -159,14 +159,14 @@ impl<'a, H: Host> Builder<'a, H> {
 
     fn selected(
         &mut self,
-        site: &Site<'a>,
+        context: &NodeContext<'a>,
         ids: &'a Json,
         children: &[&'a Json],
     ) -> Option<Vec<usize>> {
         let list = ids.as_list().unwrap_or_default();
         if list.is_empty() {
             let message = "a list of ids of children is needed here";
-            self.errors.push(site.file, ids.place, message);
+            self.errors.push(context.file, ids.place, message);
             return None;
         }
         let id_of = |child: &&'a Json| child.get("id").and_then(Json::as_text);
@@ -180,7 +180,7 @@ impl<'a, H: Host> Builder<'a, H> {
                 Some(_) => {}
                 None => {
                     let message = super::advice::unknown("child of this node", name, &known);
-                    self.errors.push(site.file, item.place, message);
+                    self.errors.push(context.file, item.place, message);
                     return None;
                 }
             }
@@ -194,7 +194,7 @@ impl<'a, H: Host> Builder<'a, H> {
             Binding::Literal(Value::Number(seconds)) => Some(In::Literal(*seconds)),
             Binding::Literal(_) => None,
             Binding::Key(scope, key) => {
-                let here = (at.site.file, ports.place("seconds").unwrap_or(at.place));
+                let here = (at.context.file, ports.place("seconds").unwrap_or(at.place));
                 let (slot, _) = self.register(here, at.id, (*scope, key), Access::Read)?;
                 Some(In::Key(slot))
             }
@@ -207,7 +207,7 @@ impl<'a, H: Host> Builder<'a, H> {
         let Some(Binding::Key(scope, key)) = ports.get("key") else {
             return None;
         };
-        let here = (at.site.file, ports.place("key").unwrap_or(at.place));
+        let here = (at.context.file, ports.place("key").unwrap_or(at.place));
         let (slot, value_type) = self.register(here, at.id, (*scope, key), Access::Read)?;
         let given: Vec<&str> = TESTS
             .into_iter()
@@ -223,7 +223,7 @@ impl<'a, H: Host> Builder<'a, H> {
                     given.join(", ")
                 );
                 let place = ports.place(second).unwrap_or(at.place);
-                self.errors.push(at.site.file, place, message);
+                self.errors.push(at.context.file, place, message);
                 return None;
             }
         };
@@ -244,7 +244,7 @@ impl<'a, H: Host> Builder<'a, H> {
             _ => {
                 let found = value_type.name();
                 let message = format!("'{name}' is for numbers, the key is of type {found}");
-                self.errors.push(at.site.file, place, message);
+                self.errors.push(at.context.file, place, message);
                 return None;
             }
         };
@@ -262,7 +262,7 @@ impl<'a, H: Host> Builder<'a, H> {
         let Some(value) = literal::coerced(value, value_type) else {
             let found = value_type.name();
             let message = format!("the key is of type {found}, it is compared with {value}");
-            self.errors.push(at.site.file, place, message);
+            self.errors.push(at.context.file, place, message);
             return None;
         };
         Some(match name {
@@ -275,7 +275,7 @@ impl<'a, H: Host> Builder<'a, H> {
         let Some(Binding::Key(scope, key)) = ports.get("key") else {
             return None;
         };
-        let here = (at.site.file, ports.place("key").unwrap_or(at.place));
+        let here = (at.context.file, ports.place("key").unwrap_or(at.place));
         let (slot, wanted) = self.register(here, at.id, (*scope, key), Access::Write)?;
         let place = ports.place("value").unwrap_or(at.place);
         let (found, from) = match ports.get("value")? {
@@ -285,7 +285,7 @@ impl<'a, H: Host> Builder<'a, H> {
                 None => (value.value_type(), From::Literal(*value)),
             },
             Binding::Key(scope, key) => {
-                let here = (at.site.file, place);
+                let here = (at.context.file, place);
                 let (slot, found) = self.register(here, at.id, (*scope, key), Access::Read)?;
                 (found, From::Key(slot))
             }
@@ -296,7 +296,7 @@ impl<'a, H: Host> Builder<'a, H> {
                 wanted.name(),
                 found.name()
             );
-            self.errors.push(at.site.file, place, message);
+            self.errors.push(at.context.file, place, message);
             return None;
         }
         Some(SetKey { slot, from })
@@ -309,7 +309,7 @@ impl<'a, H: Host> Builder<'a, H> {
         node_type: &'a NodeType<H>,
         ports: Option<&'a Json>,
     ) -> Option<Box<dyn AnyLeaf<H>>> {
-        let bindings = self.bindings(at.site, at.place, ports, node_type)?;
+        let bindings = self.bindings(at.context, at.place, ports, node_type)?;
         let mut binder = Binder {
             node: at.id,
             bindings: &bindings,
@@ -333,7 +333,7 @@ impl<'a, H: Host> Builder<'a, H> {
                 let entries = ports.and_then(Json::as_object).unwrap_or_default();
                 let place = place_of(entries, port, at.place);
                 let message = format!("{}: {error}", node_type.name);
-                self.errors.push(at.site.file, place, message);
+                self.errors.push(at.context.file, place, message);
                 None
             }
         }

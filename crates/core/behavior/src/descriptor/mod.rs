@@ -110,12 +110,12 @@ pub fn read<H: Host>(
         }
     }
     let name = name.and_then(|name| builder.name(&top.name, name));
-    let site = build::Site {
+    let context = build::NodeContext {
         file: &top.name,
         prefix: String::new(),
         ports: None,
     };
-    let root = root.and_then(|root| builder.node(&site, root, nodes::Seat::ROOT));
+    let root = root.and_then(|root| builder.node(&context, root, nodes::Seat::ROOT));
     let (Some(name), Some(root)) = (name, root) else {
         return Err(builder.errors.sorted());
     };
@@ -149,12 +149,12 @@ pub(crate) fn load_node<H: Host>(
 ) -> Result<Tree<H>, Errors> {
     let errors = Errors::default();
     let mut builder = build::Builder::new(library, constants.clone(), shared.clone(), errors);
-    let site = build::Site {
+    let context = build::NodeContext {
         file,
         prefix: String::new(),
         ports: None,
     };
-    let Some(node) = builder.node(&site, root, nodes::Seat::ROOT) else {
+    let Some(node) = builder.node(&context, root, nodes::Seat::ROOT) else {
         return Err(builder.errors.sorted());
     };
     let read = finish(builder, name.to_owned(), node)?;

@@ -30,7 +30,7 @@ impl<'a, H: Host> Builder<'a, H> {
                 "a list of at most {MAX_PORTS} modifiers is needed here, this is {}",
                 json.describe()
             );
-            self.errors.push(at.site.file, json.place, message);
+            self.errors.push(at.context.file, json.place, message);
             return None;
         };
         // All are read before the result is tested, so that each wrong one is reported.
@@ -39,7 +39,7 @@ impl<'a, H: Host> Builder<'a, H> {
     }
 
     fn modifier(&mut self, at: At<'_, 'a>, json: &'a Json) -> Option<Modifier> {
-        let file = at.site.file;
+        let file = at.context.file;
         let entries = object(&mut self.errors, file, json, "a modifier", MODIFIER_KEYS)?;
         let Some(value) = get(entries, "type") else {
             let message = "\"type\" is missing; name the type of the modifier";
@@ -62,7 +62,7 @@ impl<'a, H: Host> Builder<'a, H> {
             return None;
         };
         let abort = self.abort(at, entries, name)?;
-        let ports = self.engine_ports(at.site, at.place, get(entries, "ports"), spec)?;
+        let ports = self.engine_ports(at.context, at.place, get(entries, "ports"), spec)?;
         Some(match spec.name {
             "Repeat" => Modifier::Repeat {
                 count: ports.count("count").unwrap_or(0),
@@ -89,7 +89,7 @@ impl<'a, H: Host> Builder<'a, H> {
         };
         if name != CHECK {
             let message = format!("only {CHECK} has an abort mode, this is {name}");
-            self.errors.push(at.site.file, value.place, message);
+            self.errors.push(at.context.file, value.place, message);
             return None;
         }
         match value.as_text() {
@@ -100,7 +100,7 @@ impl<'a, H: Host> Builder<'a, H> {
             other => {
                 let found = other.map_or_else(|| value.describe(), str::to_owned);
                 let message = advice::unknown("abort mode", &found, ABORTS);
-                self.errors.push(at.site.file, value.place, message);
+                self.errors.push(at.context.file, value.place, message);
                 None
             }
         }

@@ -1,6 +1,6 @@
 //! Nodes of a file, including those below them.
 
-use super::build::{Builder, Site};
+use super::build::{Builder, NodeContext};
 use super::detail::detail;
 use super::engine::{self, Children};
 use super::files::{get, object};
@@ -52,7 +52,7 @@ impl<'a, H: Host> Builder<'a, H> {
     /// [`MAX_NODES`].
     pub(super) fn node(
         &mut self,
-        site: &Site<'a>,
+        context: &NodeContext<'a>,
         json: &'a Json,
         seat: Seat<'_>,
     ) -> Option<Node<H>> {
@@ -63,17 +63,17 @@ impl<'a, H: Host> Builder<'a, H> {
         let attached = attached.map_or(0, <[Json]>::len);
         let inner = seat.depth + attached;
         // Counted before anything is read: uses of subtrees multiply a short file.
-        if self.is_too_large(site, json.place, inner, attached + 1) {
+        if self.is_too_large(context, json.place, inner, attached + 1) {
             return None;
         }
-        let entries = object(&mut self.errors, site.file, json, "a node", NODE_KEYS)?;
+        let entries = object(&mut self.errors, context.file, json, "a node", NODE_KEYS)?;
         // From here on every part is read even if an earlier one is wrong, so that a file
         // reports all its mistakes at once; the results are joined at the end.
-        let type_name = self.type_name(site, json, entries);
-        let found = type_name.and_then(|name| self.find(site, entries, name));
-        let id = self.id(site, json, entries, type_name, seat);
+        let type_name = self.type_name(context, json, entries);
+        let found = type_name.and_then(|name| self.find(context, entries, name));
+        let id = self.id(context, json, entries, type_name, seat);
         let name = if let Some(name) = get(entries, "name") {
-            self.name(site.file, name).unwrap_or_default()
+            self.name(context.file, name).unwrap_or_default()
         } else {
             let id = get(entries, "id").and_then(Json::as_text);
             let plain = id.or(type_name).unwrap_or_default();
@@ -82,13 +82,13 @@ impl<'a, H: Host> Builder<'a, H> {
             format!("{plain}{}", self.suffix)
         };
         let at = At {
-            site,
+            context,
             id: &id,
             place: get(entries, "type").map_or(json.place, |t| t.place),
         };
         let modifiers = self.modifiers(at, get(entries, "modifiers"));
-        let raw = self.child_list(site, entries);
-        self.misplaced(site, entries, found.as_ref(), raw.len(), at.place);
+        let raw = self.child_list(context, entries);
+        self.misplaced(context, entries, found.as_ref(), raw.len(), at.place);
         let kind = self.node_kind(at, entries, found.as_ref(), &raw);
         let children = self.children(at, entries, found.as_ref(), &raw, inner);
         let (Some(found), Some(kind), Some(modifiers), Some(children)) =
@@ -112,7 +112,7 @@ impl<'a, H: Host> Builder<'a, H> {
     /// Counts a node with its modifiers, and reports a tree that is too large.
     fn is_too_large(
         &mut self,
-        site: &Site<'a>,
+        context: &NodeContext<'a>,
         place: Location,
         depth: usize,
         count: usize,
@@ -120,7 +120,7 @@ impl<'a, H: Host> Builder<'a, H> {
         if depth >= MAX_DEPTH {
             let message =
                 format!("nodes are nested deeper than {MAX_DEPTH} levels, modifiers included");
-            self.errors.push(site.file, place, message);
+            self.errors.push(context.file, place, message);
             return true;
         }
         let before = self.nodes;
@@ -131,20 +131,20 @@ impl<'a, H: Host> Builder<'a, H> {
                 "the tree has more than {MAX_NODES} nodes, all modifiers, uses of subtrees and \
                  items of ForEach counted; this is one too many"
             );
-            self.errors.push(site.file, place, message);
+            self.errors.push(context.file, place, message);
         }
         self.nodes > MAX_NODES
     }
 
     pub(super) fn type_name(
         &mut self,
-        site: &Site<'a>,
+        context: &NodeContext<'a>,
         json: &'a Json,
         entries: &'a [Entry],
     ) -> Option<&'a str> {
         let Some(value) = get(entries, "type") else {
             let message = "\"type\" is missing; name the type of the node";
-            self.errors.push(site.file, json.place, message);
+            self.errors.push(context.file, json.place, message);
             return None;
         };
         let name = value.as_text();
@@ -153,7 +153,7 @@ impl<'a, H: Host> Builder<'a, H> {
                 "the name of a node type is needed here, this is {}",
                 value.describe()
             );
-            self.errors.push(site.file, value.place, message);
+            self.errors.push(context.file, value.place, message);
         }
         name
     }
@@ -161,7 +161,7 @@ impl<'a, H: Host> Builder<'a, H> {
     /// The id in the file with the prefix of its site, or one made from the place of the node.
     fn id(
         &mut self,
-        site: &Site<'a>,
+        context: &NodeContext<'a>,
         json: &'a Json,
         entries: &'a [Entry],
         type_name: Option<&str>,
@@ -170,14 +170,14 @@ impl<'a, H: Host> Builder<'a, H> {
         let Some(value) = get(entries, "id") else {
             let type_name = type_name.unwrap_or("node");
             let id = match seat.parent {
-                "" => format!("{}{type_name}", site.prefix),
+                "" => format!("{}{type_name}", context.prefix),
                 parent => format!("{parent}/{}:{}", seat.index, shortened(type_name)),
             };
             let id = format!("{id}{}", self.suffix);
             // A made-up id changes when nodes are added before this one, and its state is then
             // lost.
-            self.missing_id(site, json.place, type_name);
-            return self.unique(site, json.place, id);
+            self.missing_id(context, json.place, type_name);
+            return self.unique(context, json.place, id);
         };
         let text = value.as_text().unwrap_or_default();
         let wrong = |c: char| c.is_whitespace() || c.is_control() || c == '/';
@@ -186,16 +186,16 @@ impl<'a, H: Host> Builder<'a, H> {
                 "an id is a text of 1 to {MAX_NAME} bytes without spaces and '/', this is {}",
                 value.describe()
             );
-            self.errors.push(site.file, value.place, message);
+            self.errors.push(context.file, value.place, message);
         }
-        let id = format!("{}{text}{}", site.prefix, self.suffix);
-        self.unique(site, value.place, id)
+        let id = format!("{}{text}{}", context.prefix, self.suffix);
+        self.unique(context, value.place, id)
     }
 
-    fn missing_id(&mut self, site: &Site<'a>, place: Location, type_name: &str) {
+    fn missing_id(&mut self, context: &NodeContext<'a>, place: Location, type_name: &str) {
         let finding = Finding {
             rule: "missing_id",
-            place: format!("{}:{}:{}", site.file, place.line, place.column),
+            place: format!("{}:{}:{}", context.file, place.line, place.column),
             message: format!(
                 "{} has no id; state is carried over by ids, so give it one that stays",
                 shortened(type_name)
@@ -207,7 +207,7 @@ impl<'a, H: Host> Builder<'a, H> {
         }
     }
 
-    fn unique(&mut self, site: &Site<'a>, place: Location, id: String) -> String {
+    fn unique(&mut self, context: &NodeContext<'a>, place: Location, id: String) -> String {
         // Ids find the state of a node in a checkpoint: two equal ones would exchange it.
         if let Some((file, first)) = self.ids.get(&id) {
             let message = format!(
@@ -216,14 +216,14 @@ impl<'a, H: Host> Builder<'a, H> {
                 first.line,
                 first.column
             );
-            self.errors.push(site.file, place, message);
+            self.errors.push(context.file, place, message);
         } else {
-            self.ids.insert(id.clone(), (site.file, place));
+            self.ids.insert(id.clone(), (context.file, place));
         }
         id
     }
 
-    fn child_list(&mut self, site: &Site<'a>, entries: &'a [Entry]) -> Vec<&'a Json> {
+    fn child_list(&mut self, context: &NodeContext<'a>, entries: &'a [Entry]) -> Vec<&'a Json> {
         let Some(value) = get(entries, "children") else {
             return Vec::new();
         };
@@ -232,14 +232,14 @@ impl<'a, H: Host> Builder<'a, H> {
         }
         let found = value.describe();
         let message = format!("a list of nodes is needed here, this is {found}");
-        self.errors.push(site.file, value.place, message);
+        self.errors.push(context.file, value.place, message);
         Vec::new()
     }
 
     /// Reports a wrong number of children, and keys that belong to other types.
     fn misplaced(
         &mut self,
-        site: &Site<'a>,
+        context: &NodeContext<'a>,
         entries: &'a [Entry],
         found: Option<&Found<'a, H>>,
         count: usize,
@@ -262,18 +262,18 @@ impl<'a, H: Host> Builder<'a, H> {
         };
         if let Some(message) = message {
             let place = get(entries, "children").map_or(place, |c| c.place);
-            self.errors.push(site.file, place, message);
+            self.errors.push(context.file, place, message);
         }
         for (key, owner) in engine::OWNED_KEYS {
             let entry = entries.iter().find(|e| e.key == key);
             match entry {
                 Some(entry) if name != owner => {
                     let message = format!("only {owner} has '{key}', this is {name}");
-                    self.errors.push(site.file, entry.place, message);
+                    self.errors.push(context.file, entry.place, message);
                 }
                 None if name == owner => {
                     let message = format!("\"{key}\" is missing; {owner} needs it");
-                    self.errors.push(site.file, place, message);
+                    self.errors.push(context.file, place, message);
                 }
                 _ => {}
             }
@@ -294,7 +294,7 @@ impl<'a, H: Host> Builder<'a, H> {
             // A use of a subtree passes the result of its root on.
             Found::Engine(spec) if spec.name == engine::SUBTREE => Some(Kind::PassThrough),
             Found::Engine(spec) if spec.name == engine::GUARD => {
-                self.engine_ports(at.site, at.place, ports, spec)?;
+                self.engine_ports(at.context, at.place, ports, spec)?;
                 self.guard(at, get(entries, "guard")?)
             }
             Found::Engine(spec) => self.kind(at, spec, ports, children),
@@ -329,7 +329,7 @@ impl<'a, H: Host> Builder<'a, H> {
                 index,
                 depth: depth + 1,
             };
-            children.push(self.node(at.site, child, seat));
+            children.push(self.node(at.context, child, seat));
         }
         children.into_iter().collect()
     }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::advice;
-use super::build::{Builder, Site};
+use super::build::{Builder, NodeContext};
 use super::engine::{EnginePort, EngineType, Shape};
 use super::json::{self, Data, Entry, Location, Value as Json};
 use super::limits::MAX_PORTS;
@@ -59,7 +59,7 @@ impl<'a, H: Host> Builder<'a, H> {
     /// The entries of `ports`; unknown ports, and too many, are reported.
     pub(super) fn port_entries(
         &mut self,
-        site: &Site<'a>,
+        context: &NodeContext<'a>,
         ports: Option<&'a Json>,
         known: &[&str],
     ) -> &'a [Entry] {
@@ -69,18 +69,18 @@ impl<'a, H: Host> Builder<'a, H> {
                 "an object of ports is needed here, this is {}",
                 ports.describe()
             );
-            self.errors.push(site.file, ports.place, message);
+            self.errors.push(context.file, ports.place, message);
             return &[];
         };
         if entries.len() > MAX_PORTS {
             let message = format!("{} ports, at most {MAX_PORTS} are allowed", entries.len());
-            self.errors.push(site.file, ports.place, message);
+            self.errors.push(context.file, ports.place, message);
             return &[];
         }
         for entry in entries {
             if !known.contains(&entry.key.as_str()) && !self.errors.is_full() {
                 let message = advice::unknown("port", &entry.key, known);
-                self.errors.push(site.file, entry.place, message);
+                self.errors.push(context.file, entry.place, message);
             }
         }
         entries
@@ -90,7 +90,7 @@ impl<'a, H: Host> Builder<'a, H> {
     /// which is reported.
     pub(super) fn bindings(
         &mut self,
-        site: &Site<'a>,
+        context: &NodeContext<'a>,
         place: Location,
         ports: Option<&'a Json>,
         node_type: &NodeType<H>,
@@ -98,7 +98,7 @@ impl<'a, H: Host> Builder<'a, H> {
         let names = node_type.ports.iter().map(|p| p.name);
         let aliases = node_type.ports.iter().flat_map(|p| p.aliases);
         let known: Vec<&str> = names.chain(aliases.copied()).collect();
-        let entries = self.port_entries(site, ports, &known);
+        let entries = self.port_entries(context, ports, &known);
         let mut bindings = Some(BTreeMap::new());
         for port in &node_type.ports {
             let mut given = entries.iter().filter(|e| port.is_called(&e.key));
@@ -106,14 +106,14 @@ impl<'a, H: Host> Builder<'a, H> {
             // A port may be given by its name and by an alias.
             if let Some(twice) = given.next() {
                 let message = format!("port '{}' is given twice; keep one", port.name);
-                self.errors.push(site.file, twice.place, message);
+                self.errors.push(context.file, twice.place, message);
             }
             let binding = match (entry, port.default) {
-                (Some(entry), _) => self.port(site, &entry.value, port),
+                (Some(entry), _) => self.port(context, &entry.value, port),
                 (None, Some(default)) => Some(Binding::Literal(default)),
                 (None, None) => {
                     self.errors
-                        .push(site.file, place, missing(node_type.name, port));
+                        .push(context.file, place, missing(node_type.name, port));
                     None
                 }
             };
@@ -125,8 +125,13 @@ impl<'a, H: Host> Builder<'a, H> {
         bindings
     }
 
-    fn port(&mut self, site: &Site<'a>, json: &'a Json, port: &PortSpec) -> Option<Binding> {
-        let binding = self.binding(site, json, Some(port.value_type))?;
+    fn port(
+        &mut self,
+        context: &NodeContext<'a>,
+        json: &'a Json,
+        port: &PortSpec,
+    ) -> Option<Binding> {
+        let binding = self.binding(context, json, Some(port.value_type))?;
         let Binding::Literal(value) = binding else {
             return Some(binding);
         };
@@ -141,7 +146,7 @@ impl<'a, H: Host> Builder<'a, H> {
         match wrong {
             None => Some(Binding::Literal(value)),
             Some(message) => {
-                self.errors.push(site.file, json.place, message);
+                self.errors.push(context.file, json.place, message);
                 None
             }
         }
@@ -150,13 +155,13 @@ impl<'a, H: Host> Builder<'a, H> {
     /// The ports of a type of the engine; `None` for a mistake.
     pub(super) fn engine_ports(
         &mut self,
-        site: &Site<'a>,
+        context: &NodeContext<'a>,
         place: Location,
         ports: Option<&'a Json>,
         spec: &'static EngineType,
     ) -> Option<EnginePorts> {
         let known: Vec<&str> = spec.ports.iter().map(|p| p.name).collect();
-        let entries = self.port_entries(site, ports, &known);
+        let entries = self.port_entries(context, ports, &known);
         let mut bound = BTreeMap::new();
         let mut whole = true;
         // Ids of children are resolved by the parallel, which knows the children.
@@ -164,13 +169,13 @@ impl<'a, H: Host> Builder<'a, H> {
             let entry = entries.iter().find(|e| e.key == port.name);
             let binding = match (entry, port.default) {
                 (Some(entry), _) => self
-                    .engine_port(site, &entry.value, port)
+                    .engine_port(context, &entry.value, port)
                     .map(|binding| (binding, entry.value.place)),
                 (None, Some(default)) => default_of(default).map(|b| (b, place)),
                 (None, None) if port.required => {
                     let message =
                         format!("{} needs the port '{}': {}", spec.name, port.name, port.doc);
-                    self.errors.push(site.file, place, message);
+                    self.errors.push(context.file, place, message);
                     None
                 }
                 (None, None) => continue,
@@ -185,7 +190,7 @@ impl<'a, H: Host> Builder<'a, H> {
 
     fn engine_port(
         &mut self,
-        site: &Site<'a>,
+        context: &NodeContext<'a>,
         json: &'a Json,
         port: &EnginePort,
     ) -> Option<Binding> {
@@ -201,14 +206,14 @@ impl<'a, H: Host> Builder<'a, H> {
                 "a key is needed here, {{\"bb\": \"local.KEY\"}}; this is {}",
                 json.describe()
             );
-            self.errors.push(site.file, json.place, message);
+            self.errors.push(context.file, json.place, message);
             return None;
         }
-        let binding = self.binding(site, json, wanted)?;
+        let binding = self.binding(context, json, wanted)?;
         match shape_mistake(port, &binding) {
             None => Some(binding),
             Some(message) => {
-                self.errors.push(site.file, json.place, message);
+                self.errors.push(context.file, json.place, message);
                 None
             }
         }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::advice;
-use super::build::{Builder, Site};
+use super::build::{Builder, NodeContext};
 use super::files::get;
 use super::json::{Entry, Value as Json, shortened};
 use super::kinds::At;
@@ -21,7 +21,7 @@ impl<'a, H: Host> Builder<'a, H> {
         depth: usize,
     ) -> Option<Node<H>> {
         let value = get(entries, "subtree")?;
-        let file = at.site.file;
+        let file = at.context.file;
         let name = value.as_text().unwrap_or_default();
         let known: Vec<&'a str> = self.subtrees.keys().copied().collect();
         let Some(name) = known.iter().copied().find(|k| *k == name) else {
@@ -39,7 +39,7 @@ impl<'a, H: Host> Builder<'a, H> {
         self.used_subtrees.insert(name);
         let ports = self.subtree_ports(at, name, get(entries, "ports"));
         let subtree = self.subtrees.get(name)?;
-        let inner = Site {
+        let inner = NodeContext {
             file: subtree.file,
             // Ids of the subtree get the id of the use as prefix: it may be used several times.
             prefix: format!("{}/", at.id),
@@ -70,11 +70,11 @@ impl<'a, H: Host> Builder<'a, H> {
             .map(|p| (p.name, p.value_type, p.default))
             .collect();
         let known: Vec<&str> = declared.iter().map(|(name, ..)| *name).collect();
-        let entries = self.port_entries(at.site, given, &known);
+        let entries = self.port_entries(at.context, given, &known);
         let mut ports = Some(BTreeMap::new());
         for (port, value_type, default) in declared {
             let binding = match (get(entries, port), default) {
-                (Some(json), _) => self.binding(at.site, json, Some(value_type)),
+                (Some(json), _) => self.binding(at.context, json, Some(value_type)),
                 // A default is read with the constants of the file that declares it, whose
                 // place a mistake has.
                 (None, Some(json)) => self
@@ -86,7 +86,7 @@ impl<'a, H: Host> Builder<'a, H> {
                         shortened(port),
                         literal::wanted(value_type)
                     );
-                    self.errors.push(at.site.file, at.place, message);
+                    self.errors.push(at.context.file, at.place, message);
                     None
                 }
             };

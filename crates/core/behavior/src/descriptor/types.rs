@@ -1,7 +1,7 @@
 //! Names of node types.
 
 use super::advice;
-use super::build::{Builder, Site};
+use super::build::{Builder, NodeContext};
 use super::counterparts;
 use super::engine::{self, EngineType};
 use super::files::get;
@@ -38,7 +38,7 @@ impl<'a, H: Host> Found<'a, H> {
 impl<'a, H: Host> Builder<'a, H> {
     pub(super) fn find(
         &mut self,
-        site: &Site<'a>,
+        context: &NodeContext<'a>,
         entries: &'a [Entry],
         name: &str,
     ) -> Option<Found<'a, H>> {
@@ -54,7 +54,7 @@ impl<'a, H: Host> Builder<'a, H> {
         }
         if let Some(value) = get(entries, "type") {
             let message = self.unknown_type(name);
-            self.errors.push(site.file, value.place, message);
+            self.errors.push(context.file, value.place, message);
         }
         None
     }

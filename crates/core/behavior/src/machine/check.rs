@@ -46,13 +46,13 @@ fn finding(rule: &'static str, place: impl Into<String>, message: String) -> Fin
 }
 
 /// Rank and id of a source, and a destination.
-type Ways = BTreeSet<((usize, StateId), StateId)>;
+type Transitions = BTreeSet<((usize, StateId), StateId)>;
 
 /// Ranks of all states that can become active.
 fn reachable(table: &Table) -> SmallSet {
     let none = SmallSet::default();
     let mut next = vec![none; table.states.len()];
-    for ((source, _), dest) in ways(table) {
+    for ((source, _), dest) in transitions(table) {
         if let Some(ahead) = next.get_mut(source) {
             // Entering a state makes its whole configuration active, other regions included.
             *ahead = ahead.union(&table.configuration(dest, &none));
@@ -70,7 +70,7 @@ fn reachable(table: &Table) -> SmallSet {
 
 /// Sources and destinations of all rows, each pair once: a table may have many more rows than
 /// pairs of states.
-fn ways(table: &Table) -> Ways {
+fn transitions(table: &Table) -> Transitions {
     let way = |row: &Row| {
         let source = table.get(row.source)?;
         Some(((source.rank, row.source), row.dest?))
@@ -89,8 +89,8 @@ fn unreachable_states(table: &Table, reachable: &SmallSet) -> Vec<Finding> {
 }
 
 /// Whether a row leads from `state`, or from a state around it, to another state.
-fn has_way_out(table: &Table, ways: &Ways, state: &State) -> bool {
-    ways.iter().any(|((source, _), dest)| {
+fn has_exit(table: &Table, transitions: &Transitions, state: &State) -> bool {
+    transitions.iter().any(|((source, _), dest)| {
         let dest = table.get(*dest);
         // A destination that enters `state` again is not a way out.
         state.path.contains(*source) && dest.is_some_and(|dest| !dest.entry.contains(state.rank))
@@ -104,8 +104,8 @@ fn innermost<'a>(table: &'a Table, reachable: &'a SmallSet) -> impl Iterator<Ite
 
 fn dead_ends(table: &Table, reachable: &SmallSet) -> Vec<Finding> {
     let open = innermost(table, reachable).filter(|state| state.end == Final::No);
-    let ways = ways(table);
-    open.filter(|state| !has_way_out(table, &ways, state))
+    let transitions = transitions(table);
+    open.filter(|state| !has_exit(table, &transitions, state))
         .map(|state| {
             let message = "no row leads out of this state; add one, or say final = true".to_owned();
             finding("dead_end", &state.name, message)
@@ -122,11 +122,11 @@ fn endless(table: &Table, reachable: &SmallSet) -> Vec<Finding> {
     if good.is_empty() {
         return Vec::new();
     }
-    let ways = ways(table);
+    let transitions = transitions(table);
     // Backwards from the final states until nothing is added.
     loop {
         let mut next = good;
-        for ((_, source), dest) in &ways {
+        for ((_, source), dest) in &transitions {
             let dest = table.get(*dest);
             let ends = dest.is_some_and(|dest| !dest.entry.intersection(&good).is_empty());
             if ends && let Some(source) = table.get(*source) {
@@ -140,7 +140,7 @@ fn endless(table: &Table, reachable: &SmallSet) -> Vec<Finding> {
     }
     innermost(table, reachable)
         // States without a way out are reported as dead ends already.
-        .filter(|state| !good.contains(state.rank) && has_way_out(table, &ways, state))
+        .filter(|state| !good.contains(state.rank) && has_exit(table, &transitions, state))
         .map(|state| {
             let message = "no final state can be reached from here; add a way to one".to_owned();
             finding("never_final", &state.name, message)

@@ -40,7 +40,7 @@ pub fn check<H: Host>(
 }
 
 /// The possible results of a node.
-struct Seen {
+struct Results {
     answers: Answers,
     /// Without its checks of keys, which fail where they do not hold.
     ungated: Answers,
@@ -62,12 +62,12 @@ impl Ability {
 
     /// Checks a node and returns its possible results. `followed`: another node runs after
     /// it when it succeeds.
-    fn node<H: Host>(&mut self, node: &Node<H>, followed: bool) -> Seen {
+    fn node<H: Host>(&mut self, node: &Node<H>, followed: bool) -> Results {
         let count = node.children.len();
         // Only a sequence passes its success on to a next child; in other composites the
         // success of a child is followed by what follows the composite itself.
         let in_sequence = matches!(node.kind, Kind::Sequence(_) | Kind::SequenceWithMemory);
-        let children: Vec<Seen> = node
+        let children: Vec<Results> = node
             .children
             .iter()
             .enumerate()
@@ -104,7 +104,7 @@ impl Ability {
         // The checks of keys are removed from `ungated` alone, all other modifiers change the
         // result.
         let gate = |m: &&Modifier| !matches!(m, Modifier::CheckBlackboard { .. });
-        Seen {
+        Results {
             answers: after(node.modifiers.iter(), own),
             ungated: after(node.modifiers.iter().filter(gate), own),
         }

@@ -160,7 +160,7 @@ impl<H: Host> Tree<H> {
         };
         let done = work(&mut self.run, &mut cx);
         // After the work: a status that changed and changed back is not reported.
-        self.run.tell();
+        self.run.report();
         done
     }
 

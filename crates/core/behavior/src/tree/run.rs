@@ -143,14 +143,14 @@ impl<H: Host> Run<H> {
 
     /// Reports the nodes whose status differs from that after the tick before.
     #[inline]
-    pub(super) fn tell(&mut self) {
+    pub(super) fn report(&mut self) {
         // In most ticks nothing has changed.
         if !self.changed.is_empty() {
-            self.tell_changes();
+            self.report_changes();
         }
     }
 
-    fn tell_changes(&mut self) {
+    fn report_changes(&mut self) {
         for i in self.changed.drain(..) {
             let op = &mut self.flat.ops[i as usize];
             op.touched = false;

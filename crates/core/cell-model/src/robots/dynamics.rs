@@ -8,7 +8,7 @@
 use nalgebra::Vector3;
 use rmp::JointKind;
 
-use crate::robots::moving_link::{MovingLink, Turn, moving_links};
+use crate::robots::moving_link::{MovingLink, RotationColumns, moving_links};
 use crate::robots::robot::Robot;
 
 /// Inverse dynamics of the controlled joints of one robot. Joints that follow one of them load
@@ -25,7 +25,7 @@ pub struct Dynamics {
 #[derive(Clone, Debug, Default)]
 struct Motion {
     /// Rotation to the frame of the parent link, and origin in it (m).
-    rotation: Turn,
+    rotation: RotationColumns,
     offset: Vector3<f64>,
     spin: Vector3<f64>,
     turn: Vector3<f64>,

@@ -8,9 +8,9 @@ use crate::shape::Link;
 
 /// A rotation by its columns. General products of matrices take several times as long.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Turn(pub(crate) [Vector3<f64>; 3]);
+pub(crate) struct RotationColumns(pub(crate) [Vector3<f64>; 3]);
 
-impl Turn {
+impl RotationColumns {
     fn new(rotation: UnitQuaternion<f64>) -> Self {
         let matrix = rotation.to_rotation_matrix();
         Self([0, 1, 2].map(|column| matrix.matrix().column(column).into_owned()))
@@ -74,7 +74,7 @@ pub(crate) struct MovingLink {
     /// Rotor inertia and gear friction.
     pub(crate) drive: (f64, f64),
     /// At position zero: rotation to the frame of the parent, and origin in it (m).
-    pub(crate) rotation: Turn,
+    pub(crate) rotation: RotationColumns,
     pub(crate) origin: Vector3<f64>,
     /// Mass (kg).
     pub(crate) mass: f64,
@@ -134,7 +134,7 @@ pub(crate) fn moving_links(robot: &Robot) -> Vec<MovingLink> {
                     ratio,
                     offset,
                     drive: spec.map_or((0.0, 0.0), |spec| (spec.armature, spec.joint_damping)),
-                    rotation: Turn::new(at.rotation * turn),
+                    rotation: RotationColumns::new(at.rotation * turn),
                     origin: at.translation.vector,
                     mass: 0.0,
                     moment: Vector3::zeros(),

@@ -20,14 +20,14 @@ const CONSTANT_M: f64 = 0.001;
 
 /// Observations of two frames.
 #[derive(Clone, Copy)]
-struct Seen {
+struct Distances {
     touching: usize,
     nearest: f64,
     farthest: f64,
     touches_at_default: bool,
 }
 
-impl Seen {
+impl Distances {
     const NOTHING: Self = Self {
         touching: 0,
         nearest: f64::INFINITY,
@@ -58,7 +58,7 @@ impl Robot {
     pub fn pairs_that_may_touch(&self, spheres: &[CollisionSphere]) -> Vec<(String, String)> {
         let parts = self.parts(spheres);
         let count = parts.len();
-        let mut seen = vec![Seen::NOTHING; count * count];
+        let mut distances = vec![Distances::NOTHING; count * count];
         // A fixed seed: every process of a run, and every run, finds the same pairs.
         let mut random = Random::new(3);
         for pose in 0..=POSES {
@@ -74,7 +74,7 @@ impl Robot {
             for a in 0..count {
                 for b in a + 1..count {
                     let apart = distance(&centers[a], &centers[b]);
-                    seen[a * count + b].take(apart, is_default);
+                    distances[a * count + b].take(apart, is_default);
                 }
             }
         }
@@ -82,7 +82,7 @@ impl Robot {
         for a in 0..count {
             for b in a + 1..count {
                 let are_neighbours = self.are_neighbours(parts[a].carrier, parts[b].carrier);
-                if are_neighbours || seen[a * count + b].may_touch() {
+                if are_neighbours || distances[a * count + b].may_touch() {
                     pairs.push((parts[a].frame.to_owned(), parts[b].frame.to_owned()));
                 }
             }

@@ -3,7 +3,7 @@
 
 use ipc_types::GripperGoal;
 
-use super::phase::Leg;
+use super::phase::PhaseStatus;
 use super::transfer::Transfer;
 use super::turn::Turn;
 
@@ -11,7 +11,7 @@ use super::turn::Turn;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Edge {
     /// The phase is over: to the next one of the ring, or to the next cube.
-    Next(Leg),
+    Next(PhaseStatus),
     /// The held cube was lost: out of the ring.
     Drop,
     /// The cube cannot be picked up any longer: out of the ring.
@@ -46,8 +46,8 @@ fn edge(state: &mut Transfer, turn: &mut Turn<'_>) -> Option<Edge> {
         return Some(Edge::Resync);
     }
     match state.drive(turn) {
-        Leg::Running => None,
-        Leg::Blocked => Some(Edge::Blocked),
+        PhaseStatus::Running => None,
+        PhaseStatus::Blocked => Some(Edge::Blocked),
         over => Some(Edge::Next(over)),
     }
 }
@@ -56,7 +56,7 @@ fn edge(state: &mut Transfer, turn: &mut Turn<'_>) -> Option<Edge> {
 fn take(edge: Edge, mut state: Transfer, turn: &mut Turn<'_>) -> Option<Transfer> {
     let mut gripper = GripperGoal::Keep;
     match edge {
-        Edge::Next(leg) => return next(leg, state, turn),
+        Edge::Next(status) => return next(status, state, turn),
         Edge::Drop => {
             turn.note_drop(state.cube);
             // After a drop the fingers open: the next pick-up starts with an open gripper.
@@ -78,8 +78,8 @@ fn take(edge: Edge, mut state: Transfer, turn: &mut Turn<'_>) -> Option<Transfer
     None
 }
 
-fn next(leg: Leg, mut state: Transfer, turn: &mut Turn<'_>) -> Option<Transfer> {
-    state.note_end(state.phase.name(), leg, turn);
+fn next(status: PhaseStatus, mut state: Transfer, turn: &mut Turn<'_>) -> Option<Transfer> {
+    state.note_end(state.phase.name(), status, turn);
     let Some(phase) = state.phase.next() else {
         return Transfer::select("decide", turn);
     };

@@ -4,7 +4,7 @@
 
 use ipc_types::GripperGoal;
 
-use super::phase::{Leg, Phase};
+use super::phase::{Phase, PhaseStatus};
 use super::transfer::Transfer;
 use super::turn::Turn;
 
@@ -27,17 +27,17 @@ pub fn decide(memory: &mut Option<Transfer>, turn: &mut Turn<'_>) {
             turn.note_resync(cube, transfer.phase);
             transfer.aim(turn);
         }
-        let leg = transfer.drive(turn);
+        let status = transfer.drive(turn);
         let number = transfer.phase as u32;
         if turn.world.job.failure.is_some() {
             turn.hold(GripperGoal::Keep);
             *memory = None;
-        } else if leg == Leg::Blocked {
+        } else if status == PhaseStatus::Blocked {
             turn.note_blocked(cube);
             turn.hold(GripperGoal::Keep);
             *memory = None;
-        } else if leg != Leg::Running {
-            transfer.note_end(format_args!("phase {number}"), leg, turn);
+        } else if status != PhaseStatus::Running {
+            transfer.note_end(format_args!("phase {number}"), status, turn);
             if let Some(&next) = Phase::RING.get(number as usize + 1) {
                 if next.holding() && transfer.destination_lost(turn) {
                     transfer.abort(turn);

@@ -43,7 +43,7 @@ pub enum Phase {
 
 /// State of a phase.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Leg {
+pub enum PhaseStatus {
     /// In progress.
     Running,
     /// Over: its time has passed and its gripper condition is met (GRASP, RELEASE).
@@ -56,7 +56,7 @@ pub enum Leg {
     Blocked,
 }
 
-impl Leg {
+impl PhaseStatus {
     /// Reason for the end of the phase in the log; `None` while it is not over.
     pub fn reason(self) -> Option<&'static str> {
         match self {
@@ -113,7 +113,13 @@ impl Phase {
     /// and the gripper `open` or not. GRASP takes its time in any case, RELEASE needs the open
     /// gripper and is blocked without it, the others settle or time out. None is shorter than
     /// the minimum.
-    pub fn stands(self, spec: &StackTask, lasted: PolicyTime, settled: bool, open: bool) -> Leg {
+    pub fn status(
+        self,
+        spec: &StackTask,
+        lasted: PolicyTime,
+        settled: bool,
+        open: bool,
+    ) -> PhaseStatus {
         let past = |seconds| lasted >= PolicyTime::from_seconds(seconds);
         // The minimum keeps a phase from ending with feedback on the target of the phase
         // before.
@@ -123,14 +129,14 @@ impl Phase {
             _ => spec.short_timeout_s,
         };
         match self {
-            Self::Grasp if ready => Leg::Ok,
-            Self::Release if ready && open => Leg::Ok,
+            Self::Grasp if ready => PhaseStatus::Ok,
+            Self::Release if ready && open => PhaseStatus::Ok,
             // Without this limit a gripper that does not open would hold the job for ever.
-            Self::Release if past(spec.release_timeout_s) => Leg::Blocked,
-            Self::Grasp | Self::Release => Leg::Running,
-            _ if ready && settled => Leg::Settled,
-            _ if past(limit) => Leg::Timeout,
-            _ => Leg::Running,
+            Self::Release if past(spec.release_timeout_s) => PhaseStatus::Blocked,
+            Self::Grasp | Self::Release => PhaseStatus::Running,
+            _ if ready && settled => PhaseStatus::Settled,
+            _ if past(limit) => PhaseStatus::Timeout,
+            _ => PhaseStatus::Running,
         }
     }
 }
@@ -142,7 +148,7 @@ mod tests {
     use robocell_skills::Step;
 
     /// Tick at which `phase` ends and how, evaluated every 10 ms.
-    fn end(phase: Phase, there: impl Fn(u64) -> bool, open: bool) -> (u64, Leg) {
+    fn end(phase: Phase, there: impl Fn(u64) -> bool, open: bool) -> (u64, PhaseStatus) {
         let cell = Cell::load(&Data::checkout(), "franka-stack", 1, None).unwrap();
         let spec: StackTask = cell.task.read().unwrap();
         let settle = PolicyTime::from_seconds(spec.settle_s);
@@ -150,24 +156,30 @@ mod tests {
         for tick in (0..20_000).step_by(10) {
             let now = PolicyTime::from_ticks(tick);
             let settled = step.settles(there(tick), settle, now);
-            match phase.stands(&spec, now, settled, open) {
-                Leg::Running => {}
+            match phase.status(&spec, now, settled, open) {
+                PhaseStatus::Running => {}
                 over => return (tick, over),
             }
         }
-        (20_000, Leg::Running)
+        (20_000, PhaseStatus::Running)
     }
 
     #[test]
     fn p05_one_lost_tick_restarts_the_settle_timer() {
         let lost_at_700 = |tick| tick >= 500 && tick != 700;
-        assert_eq!(end(Phase::Lift, lost_at_700, false), (960, Leg::Settled));
+        assert_eq!(
+            end(Phase::Lift, lost_at_700, false),
+            (960, PhaseStatus::Settled)
+        );
     }
 
     #[test]
     fn p07_grasp_takes_its_time_whatever_the_feedback() {
         for on_target in [false, true] {
-            assert_eq!(end(Phase::Grasp, |_| on_target, false), (500, Leg::Ok));
+            assert_eq!(
+                end(Phase::Grasp, |_| on_target, false),
+                (500, PhaseStatus::Ok)
+            );
         }
     }
 
@@ -182,7 +194,7 @@ mod tests {
             };
             assert_eq!(end(phase, |_| false, false).0, limit, "{phase:?}");
         }
-        assert_eq!(end(Phase::Release, |_| true, false).1, Leg::Blocked);
+        assert_eq!(end(Phase::Release, |_| true, false).1, PhaseStatus::Blocked);
     }
 
     #[test]

@@ -10,7 +10,7 @@ use robocell_task::job::Placement;
 use robocell_task::{PolicyTime, TraceEvent};
 use serde::{Deserialize, Serialize};
 
-use super::phase::{Leg, Phase};
+use super::phase::{Phase, PhaseStatus};
 use super::selection;
 use super::turn::{Turn, forget_held};
 
@@ -107,7 +107,7 @@ impl Transfer {
     }
 
     /// Sends the arm to the target of this phase; returns the state of the phase.
-    pub fn drive(&mut self, turn: &mut Turn<'_>) -> Leg {
+    pub fn drive(&mut self, turn: &mut Turn<'_>) -> PhaseStatus {
         turn.phase = Some(self.phase);
         let spec = &turn.stack.spec;
         let gripper = if self.phase.closed() {
@@ -133,7 +133,7 @@ impl Transfer {
         let lasted = turn.world.begin(&mut self.step);
         let settled = turn.world.drive(&mut self.step, &drive);
         let open = turn.world.is_open();
-        self.phase.stands(spec, lasted, settled, open)
+        self.phase.status(spec, lasted, settled, open)
     }
 
     /// The TCP in this phase: above the observed cube, its grip or its destination, and at it
@@ -228,8 +228,13 @@ impl Transfer {
     }
 
     /// Records that the phase is over; `phase` is its name in the log.
-    pub fn note_end(&self, phase: impl std::fmt::Display, leg: Leg, turn: &mut Turn<'_>) {
-        let (name, why) = (turn.name(self.cube), leg.reason().unwrap_or("?"));
+    pub fn note_end(
+        &self,
+        phase: impl std::fmt::Display,
+        status: PhaseStatus,
+        turn: &mut Turn<'_>,
+    ) {
+        let (name, why) = (turn.name(self.cube), status.reason().unwrap_or("?"));
         let line = format_args!("[{name}] {phase} done ({why})");
         turn.world.out.transition(line);
         // Judged after RETRACT: before it the fingers could still move the cube.

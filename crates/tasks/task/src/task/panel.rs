@@ -43,7 +43,7 @@ impl Task {
         }
     }
 
-    pub(super) fn obey(&mut self, change: PanelChange, panel: &OperatorPanel) {
+    pub(super) fn apply(&mut self, change: PanelChange, panel: &OperatorPanel) {
         log_change(change, &mut self.out);
         if change.reset {
             self.policy.reset();

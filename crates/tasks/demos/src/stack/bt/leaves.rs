@@ -6,7 +6,7 @@ use behavior::tree::{Cx, Leaf};
 use ipc_types::GripperGoal;
 
 use super::{StackHost, StackWorld};
-use crate::stack::phase::{Leg, Phase};
+use crate::stack::phase::{Phase, PhaseStatus};
 use crate::stack::selection;
 use crate::stack::transfer::Transfer;
 use crate::stack::turn::forget_held;
@@ -130,24 +130,24 @@ impl PhaseLeaf {
             transfer.look(&world.turn);
         }
         // Commanded before the check, so also in the decision in which the check fails.
-        let leg = transfer.drive(&mut world.turn);
+        let status = transfer.drive(&mut world.turn);
         if self.lost_sight(transfer, world) {
             return Status::Failure;
         }
-        match leg {
-            Leg::Running => return Status::Running,
-            Leg::Blocked => {
+        match status {
+            PhaseStatus::Running => return Status::Running,
+            PhaseStatus::Blocked => {
                 world.turn.note_blocked(transfer.cube);
                 return Status::Failure;
             }
             // A time-out advances: the next phase or a condition finds out what went wrong.
-            Leg::Timeout => {
+            PhaseStatus::Timeout => {
                 let line = format_args!("[{}] timeout, advancing", self.name);
                 world.turn.world.out.log(line);
             }
-            Leg::Ok | Leg::Settled => {}
+            PhaseStatus::Ok | PhaseStatus::Settled => {}
         }
-        transfer.note_end(self.phase.name(), leg, &mut world.turn);
+        transfer.note_end(self.phase.name(), status, &mut world.turn);
         Status::Success
     }
 }

@@ -48,7 +48,7 @@ pub struct StackBt {
 }
 
 #[derive(Serialize, Deserialize)]
-struct Record {
+struct Checkpoint {
     transfer: Option<Transfer>,
     #[serde(with = "serde_bytes")]
     tree: Vec<u8>,
@@ -118,15 +118,15 @@ impl AnyPolicy for StackBt {
         let transfer = self.transfer;
         let mut tree = Vec::new();
         self.tree.save(&mut tree);
-        checkpoint::to_bytes(&Record { transfer, tree })
+        checkpoint::to_bytes(&Checkpoint { transfer, tree })
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
         self.reset();
-        let record: Record = checkpoint::from_bytes(bytes)?;
+        let saved: Checkpoint = checkpoint::from_bytes(bytes)?;
         let cubes = self.setup.cubes.len();
         // A checkpoint of another cell may have more cubes; its index would be out of range.
-        if record
+        if saved
             .transfer
             .is_some_and(|transfer| transfer.cube >= cubes)
         {
@@ -135,9 +135,9 @@ impl AnyPolicy for StackBt {
             ));
         }
         self.tree
-            .restore(&record.tree)
+            .restore(&saved.tree)
             .map_err(bincode::Error::custom)?;
-        self.transfer = record.transfer;
+        self.transfer = saved.transfer;
         Ok(())
     }
 

@@ -96,13 +96,13 @@ impl Sequence {
 }
 
 /// The newest messages of one topic.
-pub(super) struct Shelf<T> {
+pub(super) struct MessageWindow<T> {
     kept: VecDeque<(Key, T)>,
     sequence: Sequence,
     ended: bool,
 }
 
-impl<T> Default for Shelf<T> {
+impl<T> Default for MessageWindow<T> {
     fn default() -> Self {
         Self {
             kept: VecDeque::new(),
@@ -112,7 +112,7 @@ impl<T> Default for Shelf<T> {
     }
 }
 
-impl<T> Shelf<T> {
+impl<T> MessageWindow<T> {
     /// Stores the next message; returns the gap before it.
     pub(super) fn put(&mut self, key: Key, message: T) -> Option<Missing> {
         // A duplicate in the queue would break its order, which `find` searches by halves.
@@ -165,22 +165,22 @@ mod tests {
 
     #[test]
     fn what_may_come_is_waited_for_and_what_was_passed_over_is_lost() {
-        let mut shelf = Shelf::default();
-        assert_eq!(shelf.put((1, 5), 'a'), None);
+        let mut window = MessageWindow::default();
+        assert_eq!(window.put((1, 5), 'a'), None);
         let hole = Missing {
             generation: 1,
             first_seq: 6,
             count: 2,
         };
-        assert_eq!(shelf.put((1, 8), 'b'), Some(hole));
-        assert_eq!(shelf.put((1, 8), 'c'), None);
-        assert!(matches!(shelf.find((1, 8)), Found::Here('b')));
-        assert!(matches!(shelf.find((1, 6)), Found::Lost));
-        assert!(matches!(shelf.find((1, 9)), Found::NotYet));
+        assert_eq!(window.put((1, 8), 'b'), Some(hole));
+        assert_eq!(window.put((1, 8), 'c'), None);
+        assert!(matches!(window.find((1, 8)), Found::Here('b')));
+        assert!(matches!(window.find((1, 6)), Found::Lost));
+        assert!(matches!(window.find((1, 9)), Found::NotYet));
         // A restarted writer counts from 1.
-        assert_eq!(shelf.put((2, 1), 'd'), None);
-        assert!(matches!(shelf.find((1, 9)), Found::Lost));
-        shelf.end();
-        assert!(matches!(shelf.find((2, 2)), Found::Lost));
+        assert_eq!(window.put((2, 1), 'd'), None);
+        assert!(matches!(window.find((1, 9)), Found::Lost));
+        window.end();
+        assert!(matches!(window.find((2, 2)), Found::Lost));
     }
 }

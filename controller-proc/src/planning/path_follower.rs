@@ -23,7 +23,7 @@ const AT_APPROACH: f64 = 0.15;
 
 /// A path, and the position of the arm on it.
 #[derive(Debug)]
-pub(crate) struct Led {
+pub(crate) struct PathFollower {
     pub(crate) guide: Guide,
     /// The tool at evenly spaced points of the path, world frame (m).
     pub(crate) points: [[f64; 3]; PATH_POINTS],
@@ -32,7 +32,7 @@ pub(crate) struct Led {
     held: Vec<(Vector3<f64>, f64)>,
 }
 
-impl Led {
+impl PathFollower {
     /// On `path` of `body`, among at most `capacity` obstacles.
     pub(crate) fn new(
         path: &Path,
@@ -75,9 +75,9 @@ impl Led {
         goal.ends_alone() && off.sum::<f64>() < AT_APPROACH * AT_APPROACH
     }
 
-    /// Writes `led`, or reads it.
+    /// Writes `follower`, or reads it.
     pub(crate) fn checkpoint(
-        led: &mut Option<Self>,
+        follower: &mut Option<Self>,
         codec: &mut Codec<'_>,
         arm: &PlannedArm,
         capacity: usize,
@@ -88,10 +88,10 @@ impl Led {
             // Read and written in one order of fields. The guide is rebuilt from the
             // waypoints.
             read(codec, arm.joint_count(), &mut waypoints)?;
-        } else if let Some(led) = led {
-            write(codec, led.guide.waypoints())?;
-            (memory, points) = (led.guide.memory(), led.points);
-            held(codec, &mut led.held)?;
+        } else if let Some(follower) = follower {
+            write(codec, follower.guide.waypoints())?;
+            (memory, points) = (follower.guide.memory(), follower.points);
+            held(codec, &mut follower.held)?;
         }
         if codec.reads() {
             held(codec, &mut spheres)?;
@@ -107,7 +107,7 @@ impl Led {
             };
             let mut read = Self::new(&path, arm.body(&spheres), spheres, &points, capacity);
             read.guide.set_memory(memory);
-            *led = Some(read);
+            *follower = Some(read);
         }
         Ok(())
     }
