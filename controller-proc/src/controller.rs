@@ -1,8 +1,5 @@
 //! The trait of a controller, and controllers that are composed of others.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, TryLockError};
-
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::checkpoint::{CheckpointError, Codec};
@@ -69,84 +66,10 @@ impl Controller for Box<dyn Controller> {
     }
 }
 
-/// A controller that is part of several others and keeps its integrated state
-/// when they are switched: only its first reset takes effect.
-///
-/// Those that share it are called one after the other by one cycle, so the mutex is
-/// always free: it is tried, never waited for.
-pub struct Shared<C> {
-    inner: Arc<Mutex<C>>,
-    started: Arc<AtomicBool>,
-}
-
-impl<C> Clone for Shared<C> {
-    fn clone(&self) -> Self {
-        Self {
-            inner: Arc::clone(&self.inner),
-            started: Arc::clone(&self.started),
-        }
-    }
-}
-
-impl<C: Controller> Shared<C> {
-    /// Shares `controller`, which has not been reset yet.
-    pub fn new(controller: C) -> Self {
-        Self {
-            inner: Arc::new(Mutex::new(controller)),
-            started: Arc::new(AtomicBool::new(false)),
-        }
-    }
-
-    /// Calls `f` with the controller; `None` from within the controller's own call.
-    pub fn with<R>(&self, f: impl FnOnce(&mut C) -> R) -> Option<R> {
-        match self.inner.try_lock() {
-            Ok(mut inner) => Some(f(&mut inner)),
-            // The state is still used after a panic: without it no command would be sent any
-            // more.
-            Err(TryLockError::Poisoned(inner)) => Some(f(&mut inner.into_inner())),
-            Err(TryLockError::WouldBlock) => None,
-        }
-    }
-
-    /// Writes or reads whether it was reset, and its state by `inner`.
-    pub(crate) fn checkpoint(
-        &self,
-        codec: &mut Codec<'_>,
-        inner: impl FnOnce(&mut C, &mut Codec<'_>) -> Result<(), CheckpointError>,
-    ) -> Result<(), CheckpointError> {
-        let mut started = self.started.load(Ordering::Relaxed);
-        codec.bool("started", &mut started)?;
-        self.started.store(started, Ordering::Relaxed);
-        // A checkpoint is never written from within the controller's own call.
-        self.with(|controller| inner(controller, codec))
-            .unwrap_or(Ok(()))
-    }
-
-    /// Makes the next reset take effect again.
-    pub fn restart(&self) {
-        self.started.store(false, Ordering::Relaxed);
-    }
-}
-
-impl<C: Controller> Controller for Shared<C> {
-    fn reset(&mut self, estimated: &RobotState) -> bool {
-        // Only the first reset counts: a switch of the hand must not stop the arm.
-        if self.started.swap(true, Ordering::Relaxed) {
-            return true;
-        }
-        self.with(|inner| inner.reset(estimated)).unwrap_or(false)
-    }
-
-    fn forward(&mut self, estimated: &RobotState, setpoint: &Setpoint) -> Option<RobotState> {
-        self.with(|inner| inner.forward(estimated, setpoint))
-            .flatten()
-    }
-}
-
 /// Two controllers on different joints. Both must give a command.
 pub struct CombinedController<A, B> {
-    first: A,
-    second: B,
+    pub(crate) first: A,
+    pub(crate) second: B,
 }
 
 impl<A: Controller, B: Controller> CombinedController<A, B> {
@@ -209,97 +132,117 @@ impl<A: Controller, B: Controller> Controller for SequentialController<A, B> {
     }
 }
 
-/// One of several controllers, chosen by key. A switch takes effect at the next forward; a
-/// controller is reset when it becomes active for the first time.
-pub struct SelectableController<K> {
-    choices: Vec<Choice<K>>,
-    active: usize,
-    next: usize,
+/// One of several controllers, chosen by key, or the default one. A switch takes effect at the
+/// next forward; the newcomer starts from the last command, so the joints do not jump.
+pub struct SelectableController<K, D, C> {
+    default: D,
+    choices: Vec<Choice<K, C>>,
+    /// `None` for the default one.
+    active: Option<usize>,
+    next: Option<usize>,
+    last: RobotState,
 }
 
-struct Choice<K> {
+struct Choice<K, C> {
     key: K,
     name: &'static str,
-    controller: Box<dyn Controller>,
-    started: bool,
+    controller: C,
 }
 
-/// Unknown controller key.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("no controller stands under the selected key")]
-pub struct UnknownKey;
-
-impl<K: PartialEq> SelectableController<K> {
-    /// A choice with one entry, which is active.
-    pub fn new(key: K, name: &'static str, controller: Box<dyn Controller>) -> Self {
-        let choice = Choice {
-            key,
-            name,
-            controller,
-            started: false,
-        };
+impl<K: PartialEq, D: Controller, C: Controller> SelectableController<K, D, C> {
+    /// The default controller, which is active.
+    pub fn new(default: D) -> Self {
         Self {
-            choices: vec![choice],
-            active: 0,
-            next: 0,
+            default,
+            choices: Vec::new(),
+            active: None,
+            next: None,
+            last: RobotState::EMPTY,
         }
     }
 
-    /// Adds an entry.
+    /// Adds a choice.
     #[must_use]
-    pub fn or(mut self, key: K, name: &'static str, controller: Box<dyn Controller>) -> Self {
+    pub fn or(mut self, key: K, name: &'static str, controller: C) -> Self {
         self.choices.push(Choice {
             key,
             name,
             controller,
-            started: false,
         });
         self
     }
 
-    /// Chooses; takes effect at the next forward.
-    pub fn select(&mut self, key: &K) -> Result<(), UnknownKey> {
-        let found = self.choices.iter().position(|c| c.key == *key);
-        self.next = found.ok_or(UnknownKey)?;
-        Ok(())
+    /// Whether a controller beside the default one has that key.
+    pub fn has(&self, key: &K) -> bool {
+        self.choices.iter().any(|choice| choice.key == *key)
     }
 
-    /// Writes or reads which controller is active and which were started. The state of the
-    /// controllers is recorded by their owners.
-    pub(crate) fn checkpoint(&mut self, codec: &mut Codec<'_>) -> Result<(), CheckpointError> {
-        let count = self.choices.len();
-        codec.index("active controller", &mut self.active, count)?;
-        codec.index("next controller", &mut self.next, count)?;
+    /// Chooses; takes effect at the next forward. The default one for `None` and for an
+    /// unknown key.
+    pub fn select(&mut self, key: Option<&K>) {
+        let mut choices = self.choices.iter();
+        self.next = key.and_then(|key| choices.position(|choice| choice.key == *key));
+    }
+
+    /// Name and controller that gave the last command; `None` for the default one.
+    pub fn active(&self) -> Option<(&'static str, &C)> {
+        let choice = self.choices.get(self.active?)?;
+        Some((choice.name, &choice.controller))
+    }
+
+    /// The default controller.
+    pub fn default(&self) -> &D {
+        &self.default
+    }
+
+    /// The default controller.
+    pub(crate) fn default_mut(&mut self) -> &mut D {
+        &mut self.default
+    }
+
+    /// Writes or reads which controller is active, the last command, and the state of every
+    /// choice: also of those that are not active, so that the number of values stays the same.
+    pub(crate) fn checkpoint(
+        &mut self,
+        codec: &mut Codec<'_>,
+        mut choice: impl FnMut(&mut C, &mut Codec<'_>) -> Result<(), CheckpointError>,
+    ) -> Result<(), CheckpointError> {
+        let mut active = self.active.map_or(0, |active| active + 1);
+        codec.index("active controller", &mut active, self.choices.len() + 1)?;
+        self.active = active.checked_sub(1);
+        self.last.checkpoint(codec)?;
         self.choices
             .iter_mut()
-            .try_for_each(|choice| codec.bool("started", &mut choice.started))
-    }
-
-    /// Name of the active controller.
-    pub fn active_name(&self) -> &'static str {
-        self.choices.get(self.active).map_or("", |c| c.name)
+            .try_for_each(|of| choice(&mut of.controller, codec))
     }
 }
 
-impl<K: PartialEq + Send> Controller for SelectableController<K> {
-    fn reset(&mut self, _estimated: &RobotState) -> bool {
-        // Each is reset when it becomes active next, with the setpoint of that cycle.
-        self.choices.iter_mut().for_each(|c| c.started = false);
-        true
+impl<K: PartialEq + Send, D: Controller, C: Controller> Controller
+    for SelectableController<K, D, C>
+{
+    fn reset(&mut self, estimated: &RobotState) -> bool {
+        self.last = *estimated;
+        let active = self.active.and_then(|active| self.choices.get_mut(active));
+        let others = active.is_none_or(|choice| choice.controller.reset(estimated));
+        // The default one also while another is active: it takes over at any cycle.
+        self.default.reset(estimated) && others
     }
 
     fn forward(&mut self, estimated: &RobotState, setpoint: &Setpoint) -> Option<RobotState> {
         // Here, not in `select`: a switch within a cycle would mix two controllers.
+        let is_new = self.next != self.active;
         self.active = self.next;
-        let choice = self.choices.get_mut(self.active)?;
-        if !choice.started {
-            choice.started = choice.controller.reset(estimated);
+        let active = self.active.and_then(|active| self.choices.get_mut(active));
+        let controller: &mut dyn Controller = match active {
+            Some(choice) => &mut choice.controller,
+            None => &mut self.default,
+        };
+        // From the last command, not from the drives: those are one message behind.
+        if is_new {
+            controller.reset(&self.last);
         }
-        // A controller that cannot start gives no command; the cycle repeats its last one.
-        if !choice.started {
-            return None;
-        }
-        choice.controller.forward(estimated, setpoint)
+        self.last = controller.forward(estimated, setpoint)?;
+        Some(self.last)
     }
 }
 
@@ -344,29 +287,34 @@ mod tests {
     }
 
     #[test]
-    fn a_switch_keeps_the_arm_and_resets_a_newcomer_once() {
-        let arm = Shared::new(Counter::on(0));
-        let pair = |finger| Box::new(CombinedController::new(arm.clone(), Counter::on(finger)));
-        let mut choice =
-            SelectableController::new("open", "open", pair(1)).or("close", "close", pair(2));
-        assert_eq!(choice.select(&"ajar"), Err(UnknownKey));
+    fn a_newcomer_starts_once_from_the_last_command() {
+        struct From(f64);
+        impl Controller for From {
+            fn reset(&mut self, estimated: &RobotState) -> bool {
+                self.0 = estimated.positions.get(0).unwrap_or(f64::NAN);
+                true
+            }
+            fn forward(&mut self, _: &RobotState, _: &Setpoint) -> Option<RobotState> {
+                let mut state = RobotState::EMPTY;
+                state.positions.set(1, self.0);
+                Some(state)
+            }
+        }
+        let mut choice = SelectableController::new(Counter::on(0)).or("other", "name", From(0.0));
+        assert!(choice.has(&"other") && !choice.has(&"unknown"));
         call(&mut choice).unwrap();
-        choice.select(&"close").unwrap();
-        assert_eq!(choice.active_name(), "open");
         call(&mut choice).unwrap();
-        assert_eq!(choice.active_name(), "close");
-        choice.select(&"open").unwrap();
+        choice.select(Some(&"other"));
+        assert!(choice.active().is_none());
+        assert_eq!(call(&mut choice).unwrap().positions.get(1), Some(2.0));
+        assert_eq!(choice.active().map(|(name, _)| name), Some("name"));
+        choice.select(Some(&"unknown"));
         let last = call(&mut choice).unwrap();
-        // Three calls and one reset of the arm; two calls, one reset of the finger.
+        // Three calls and one reset of the default one.
         assert_eq!(
             (last.positions.get(0), last.velocities.get(0)),
             (Some(3.0), Some(1.0))
         );
-        assert_eq!(
-            (last.positions.get(1), last.velocities.get(1)),
-            (Some(2.0), Some(1.0))
-        );
-        assert_eq!(last.positions.get(2), None);
     }
 
     #[test]

@@ -20,13 +20,11 @@ use cell_model::stop::{ControllerFlags, Stop, controller_stop};
 use cell_model::{Cell, Dynamics};
 use ipc_types::arm::{StopAction, StopCause};
 use ipc_types::decision::GoalKind;
-use ipc_types::{
-    ArmCommand, ArmGoal, ArmState, ArmStatus, Decision, GripperGoal, MAX_JOINTS, WorldState,
-};
+use ipc_types::{ArmCommand, ArmGoal, ArmState, ArmStatus, Decision, MAX_JOINTS, WorldState};
 use nalgebra::{Isometry3, Vector3};
 
 use crate::arm_motion::ArmMotion;
-use crate::controller::{CombinedController, Controller, SelectableController, Setpoint, Shared};
+use crate::controller::{CombinedController, Controller, Setpoint};
 use crate::controllers::Controllers;
 use crate::convert::isometry;
 use crate::corridor::Corridor;
@@ -43,20 +41,13 @@ mod plans;
 
 pub use plans::PlanAsked;
 
-/// Grip force from which a hand holds something when a controller starts (N).
-// A wrong "holding" closes an empty hand; a wrong "not holding" drops an object, so the limit
-// is far below any grip force.
-const HOLDING_FORCE_N: f64 = 1.0;
-
 /// The controller of one arm.
 pub struct Cycle {
     arm: usize,
     joint_count: usize,
     base: Isometry3<f64>,
     gripper: Option<cell_model::ParallelGripper>,
-    motion: Shared<ArmMotion>,
-    kept_width: Shared<GripperController>,
-    pairs: SelectableController<GripperGoal>,
+    controllers: CombinedController<ArmMotion, GripperController>,
     suction: SuctionController,
     dynamics: Dynamics,
     latch: GoalLatch,
@@ -89,37 +80,17 @@ impl Cycle {
     /// As [`Cycle::new`].
     pub fn with(cell: &Cell, arm: usize, controllers: &Controllers) -> Result<Self, RmpFlowError> {
         let spec = cell.arms.get(arm).ok_or(RmpFlowError::NoSuchArm(arm))?;
-        let motion = Shared::new(ArmMotion::new(cell, arm, controllers)?);
+        let motion = ArmMotion::new(cell, arm, controllers)?;
         let joint_count = spec.robot.arm_joints.len();
         let fingers = if spec.robot.gripper.is_some() { 2 } else { 0 };
         let open = spec.robot.gripper.as_ref().map_or(0.0, |g| g.max_width);
-        // A kept width is a value that changes; open and closed are constants of the gripper.
-        let hand = |width| GripperController::new(joint_count, fingers, width);
-        let kept_width = Shared::new(hand(open));
-        // The motion is shared by all three: a switch of the hand does not touch the arm.
-        let pairs = SelectableController::new(
-            GripperGoal::Keep,
-            "move, keep",
-            Box::new(CombinedController::new(motion.clone(), kept_width.clone())),
-        )
-        .or(
-            GripperGoal::Open,
-            "move, open",
-            Box::new(CombinedController::new(motion.clone(), hand(open))),
-        )
-        .or(
-            GripperGoal::Close,
-            "move, close",
-            Box::new(CombinedController::new(motion.clone(), hand(0.0))),
-        );
+        let hand = GripperController::new(joint_count, fingers, open);
         Ok(Self {
             arm,
             joint_count,
             base: spec.base,
             gripper: spec.robot.gripper.clone(),
-            motion,
-            kept_width,
-            pairs,
+            controllers: CombinedController::new(motion, hand),
             suction: SuctionController::new(spec.robot.suction.is_some()),
             dynamics: Dynamics::new(&spec.robot),
             latch: GoalLatch::default(),
@@ -146,33 +117,24 @@ impl Cycle {
         let Some(arm) = state.arms().get(self.arm) else {
             return;
         };
+        // Take the inputs: a new start first, since it resets the motion, which the rest of the
+        // cycle then uses.
         let drives = drives(arm, self.joint_count);
-        // First: a new start resets the motion, which the rest of the cycle then uses.
         self.begin(state, arm, &drives);
         if let Some(decision) = decision {
             self.latch.take(decision, self.arm);
         }
         // The stop is decided on the last command, before the motion of this cycle.
         let stop = self.stop(state.header.tick, arm, decision_limit_ticks);
-        let (object_mask, selector) = (self.latch.goal().object_mask, self.latch.goal().selector);
-        self.motion.with(|motion| {
-            // Also while the arm holds: it still evades, and must see the other arm move.
-            motion.see(state, self.arm, object_mask);
-            motion.select(selector)
-        });
         self.is_giving_way = stop.cause == StopCause::TrackingError;
+        // Choose the controller of the arm, the width of the hand, and suction.
+        self.choose(state);
+        // Compute: joints and fingers one millisecond later.
         let setpoint = self.setpoint(stop, arm);
-        self.suction.follow(self.latch.gripper());
-        // The latch has three values, and each has an entry, so the key is always known.
-        let _unknown = self.pairs.select(&self.latch.gripper()).is_err();
-        if let Some(joints) = self.pairs.forward(&drives, &setpoint) {
-            self.last = joints;
-        }
-        // After `forward`: the integrated state is put back as well, so that the next cycle
-        // continues from the same place.
-        if arm.stop_action >= StopAction::Hold.code() {
-            self.stand(&drives);
-        }
+        let computed = self.controllers.forward(&drives, &setpoint);
+        // Limit: the command that physics can follow.
+        self.limit(computed.as_ref(), arm, &drives);
+        // Publish.
         self.count(state.header.tick);
         self.write_command(state, command);
         self.write_status(state, arm, stop, status);
@@ -210,34 +172,49 @@ impl Cycle {
         self.last = *drives;
         // The ticks up to this state were not missed by this motion.
         self.last_tick = None;
-        // Without the restart the shared motion would ignore this reset.
-        self.motion.restart();
-        self.motion.reset(drives);
-        self.pairs.reset(drives);
-        // A hand that holds something keeps its grip: an open width would drop the object.
-        let holding = arm.gripper.grip_force > HOLDING_FORCE_N;
-        let width = if holding { 0.0 } else { arm.gripper.width };
-        self.kept_width.with(|hand| hand.set_width(width));
+        self.controllers.reset(drives);
+        self.controllers.second.begin(&arm.gripper);
         self.suction.begin(&arm.gripper);
     }
 
+    /// Sets what the controllers of this cycle follow: the goal's selector, and the hand.
+    fn choose(&mut self, state: &WorldState) {
+        let goal = self.latch.goal();
+        let motion = &mut self.controllers.first;
+        // Also while the arm holds: it still evades, and must see the other arm move.
+        motion.see(state, self.arm, goal.object_mask);
+        motion.select(goal.selector);
+        self.controllers.second.follow(self.latch.gripper());
+        self.suction.follow(self.latch.gripper());
+    }
+
+    /// Takes the computed command, or repeats the last one if there is none. The limits of the
+    /// joints are kept where the joints are computed, since a command that is cut afterwards
+    /// would step: RMPflow resolves within them, and behind each other controller is a
+    /// [`Follower`](crate::follower::Follower).
+    ///
     /// While physics holds an arm at rest, the command is that rest. Physics accepts any of
     /// these commands, however late it arrives, because each of them continues from the same
     /// setpoint (ADR 0014).
-    fn stand(&mut self, drives: &RobotState) {
+    fn limit(&mut self, computed: Option<&RobotState>, arm: &ArmState, drives: &RobotState) {
+        if let Some(computed) = computed {
+            self.last = *computed;
+        }
         let n = self.joint_count;
         let (rates, changes) = (drives.velocities.first(n), drives.accelerations.first(n));
         // During the brake ramp the setpoint still moves; the command follows the motion
         // instead.
-        if rates.iter().chain(changes).any(|value| *value != 0.0) {
+        let moves = rates.iter().chain(changes).any(|value| *value != 0.0);
+        if arm.stop_action < StopAction::Hold.code() || moves {
             return;
         }
         let last = &mut self.last;
         last.positions.set_from(0, drives.positions.first(n));
-        last.velocities.set_from(0, drives.velocities.first(n));
-        last.accelerations
-            .set_from(0, drives.accelerations.first(n));
-        self.motion.with(|motion| motion.reset(drives));
+        last.velocities.set_from(0, rates);
+        last.accelerations.set_from(0, changes);
+        // The integrated state is put back as well, so that the next cycle continues from the
+        // same place.
+        self.controllers.first.reset(drives);
     }
 
     fn stop(&self, tick: u64, arm: &ArmState, decision_limit_ticks: u64) -> Stop {
@@ -302,16 +279,9 @@ impl Cycle {
             direction: self.base.rotation.inverse() * Vector3::from(goal.approach),
             std_dev: goal.approach_std_dev,
         };
-        let tool = self.tool();
+        let tool = self.controllers.first.tool_pose();
         let wanted = (target.translation.vector, Some(target.rotation));
         corridor.shift(wanted, (tool.translation.vector, tool.rotation))
-    }
-
-    /// TCP of the integrated state in the base frame.
-    fn tool(&self) -> Isometry3<f64> {
-        self.motion
-            .with(|motion| motion.tool_pose())
-            .unwrap_or_default()
     }
 
     fn count(&mut self, tick: u64) {
@@ -321,10 +291,7 @@ impl Cycle {
             self.missed_cycles += tick.saturating_sub(last).saturating_sub(1);
         }
         self.last_tick = Some(tick);
-        let clipped = self
-            .motion
-            .with(|motion| motion.clipped_joints())
-            .unwrap_or(0);
+        let clipped = self.controllers.first.clipped_joints();
         self.clipped_cycles += u64::from(clipped != 0);
     }
 }

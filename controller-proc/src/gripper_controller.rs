@@ -1,35 +1,55 @@
-//! A gripper that moves to one width.
+//! The fingers of a parallel gripper: open, closed, or as they are.
+
+use ipc_types::{GripperGoal, GripperState};
 
 use crate::checkpoint::{CheckpointError, Codec};
 use crate::controller::{Controller, Setpoint};
 use crate::robot_state::RobotState;
 
-/// Commands the fingers of a parallel gripper to a fixed width.
+/// Grip force from which a hand holds something when a controller starts (N).
+// A wrong "holding" closes an empty hand; a wrong "not holding" drops an object, so the limit
+// is far below any grip force.
+const HOLDING_FORCE_N: f64 = 1.0;
+
+/// Commands the fingers of a parallel gripper to a width.
 pub struct GripperController {
     first_joint: usize,
     fingers: usize,
+    open_width: f64,
     width: f64,
 }
 
 impl GripperController {
-    /// Fingers are the `fingers` joints from `first_joint` on; `width` is their
-    /// distance (m).
-    pub fn new(first_joint: usize, fingers: usize, width: f64) -> Self {
+    /// Fingers are the `fingers` joints from `first_joint` on, `open_width` apart (m) when
+    /// open, as they are now.
+    pub fn new(first_joint: usize, fingers: usize, open_width: f64) -> Self {
         Self {
             first_joint,
             fingers,
-            width,
+            open_width,
+            width: open_width,
+        }
+    }
+
+    /// Starts from the measured state. A hand that holds something keeps its grip: an open
+    /// width would drop the object.
+    pub fn begin(&mut self, measured: &GripperState) {
+        let holding = measured.grip_force > HOLDING_FORCE_N;
+        self.width = if holding { 0.0 } else { measured.width };
+    }
+
+    /// Takes the width of a goal; keeping keeps it.
+    pub fn follow(&mut self, goal: GripperGoal) {
+        match goal {
+            GripperGoal::Keep => {}
+            GripperGoal::Open => self.width = self.open_width,
+            GripperGoal::Close => self.width = 0.0,
         }
     }
 
     /// Writes or reads its state.
     pub(crate) fn checkpoint(&mut self, codec: &mut Codec<'_>) -> Result<(), CheckpointError> {
         codec.f64(&mut self.width)
-    }
-
-    /// Another width (m).
-    pub fn set_width(&mut self, width: f64) {
-        self.width = width;
     }
 }
 

@@ -1,9 +1,7 @@
 //! The checkpoint of the cycle: each value that the next cycle depends on.
 
 use super::Cycle;
-use crate::arm_motion::ArmMotion;
 use crate::checkpoint::{CheckpointError, Codec, VERSION};
-use crate::gripper_controller::GripperController;
 
 impl Cycle {
     /// Writes the state of this cycle and the age limit of decisions into `out`; returns the
@@ -66,10 +64,8 @@ impl Cycle {
         codec.option("last tick", &mut self.last_tick, Codec::u64)?;
         self.latch.checkpoint(codec)?;
         self.last.checkpoint(codec)?;
-        self.pairs.checkpoint(codec)?;
         self.suction.checkpoint(codec)?;
-        self.kept_width
-            .checkpoint(codec, GripperController::checkpoint)?;
-        self.motion.checkpoint(codec, ArmMotion::checkpoint)
+        self.controllers.second.checkpoint(codec)?;
+        self.controllers.first.checkpoint(codec)
     }
 }

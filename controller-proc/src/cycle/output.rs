@@ -4,8 +4,8 @@ use cell_model::stop::Stop;
 use ipc_types::arm::PATH_POINTS;
 use ipc_types::decision::GoalKind;
 use ipc_types::{
-    ArmCommand, ArmState, ArmStatus, GripperCommand, Header, Input, MAX_JOINTS, Pose, Text,
-    WorldState,
+    ArmCommand, ArmState, ArmStatus, GripperCommand, GripperGoal, Header, Input, MAX_JOINTS, Pose,
+    Text, WorldState,
 };
 use nalgebra::Vector3;
 
@@ -108,34 +108,37 @@ impl Cycle {
             Some(_) => arm.gripper.width - gripper.width,
             None => 0.0,
         };
-        status.setpoint = pose(&(self.base * self.tool()));
+        status.setpoint = pose(&(self.base * self.controllers.first.tool_pose()));
         // The identity before the first goal keeps the message valid.
         status.target = if goal.goal_id == 0 {
             Pose::IDENTITY
         } else {
             goal.target
         };
-        let report = self
-            .motion
-            .with(|m| (m.min_clearance(), m.clipped_joints()));
-        (status.min_clearance, status.clipped_joints) = report.unwrap_or((1.0e3, 0));
+        let motion = &self.controllers.first;
+        status.min_clearance = motion.min_clearance();
+        status.clipped_joints = motion.clipped_joints();
         status.clipped_cycles = self.clipped_cycles;
         status.cycles = self.cycles;
         status.missed_cycles = self.missed_cycles;
-        if let Some(report) = self.motion.with(|motion| motion.plan_report()) {
-            status.plan_state = report.state.code();
-            status.not_reached = report.not_reached.code();
-            status.answered_plan = report.answered;
-            (status.path_at, status.path_length, status.path) =
-                report.path.unwrap_or((0.0, 0.0, [[0.0; 3]; PATH_POINTS]));
-        }
+        let report = motion.plan_report();
+        status.plan_state = report.state.code();
+        status.not_reached = report.not_reached.code();
+        status.answered_plan = report.answered;
+        (status.path_at, status.path_length, status.path) =
+            report.path.unwrap_or((0.0, 0.0, [[0.0; 3]; PATH_POINTS]));
         status.gripper = gripper;
         status.controller = Text::new(self.controller_name());
     }
 
     /// Name of the selected controller, or of the combination of RMPflow and gripper.
     fn controller_name(&self) -> &'static str {
-        let selected = self.motion.with(|motion| motion.active_name()).flatten();
-        selected.unwrap_or(self.pairs.active_name())
+        let by_rmpflow = match self.latch.gripper() {
+            GripperGoal::Keep => "move, keep",
+            GripperGoal::Open => "move, open",
+            GripperGoal::Close => "move, close",
+        };
+        let selected = self.controllers.first.active_name();
+        selected.unwrap_or(by_rmpflow)
     }
 }

@@ -15,8 +15,7 @@ pub struct PlanAsked {
 impl Cycle {
     /// The request that waits for its answer.
     pub fn plan_request(&self) -> Option<PlanRequest> {
-        let request = self.motion.with(|motion| motion.plan_request().cloned());
-        request.flatten()
+        self.controllers.first.plan_request().cloned()
     }
 
     /// Number and tick of that request.
@@ -25,30 +24,26 @@ impl Cycle {
             id: request.id,
             tick: request.tick,
         };
-        let request = self.motion.with(|motion| motion.plan_request().map(asked));
-        request.flatten()
+        self.controllers.first.plan_request().map(asked)
     }
 
     /// Copies that request into one that [`Cycle::empty_plan_request`] made. Allocates
     /// nothing.
     pub fn copy_plan_request(&self, into: &mut PlanRequest) {
-        self.motion.with(|motion| {
-            if let Some(request) = motion.plan_request() {
-                into.copy_from(request);
-            }
-        });
+        if let Some(request) = self.controllers.first.plan_request() {
+            into.copy_from(request);
+        }
     }
 
     /// A request with room for any of this arm.
     pub fn empty_plan_request(&self) -> PlanRequest {
-        let empty = self.motion.with(|motion| motion.empty_plan_request());
-        empty.unwrap_or_else(|| PlanRequest::with_capacity(0, 0))
+        self.controllers.first.empty_plan_request()
     }
 
     /// Takes the answer to a request out of `slot`; the next update uses it. An answer to be
     /// dropped is left in the slot: memory is not freed in a cycle.
     pub fn answer_plan(&mut self, slot: &mut Option<PlanAnswer>) {
-        self.motion.with(|motion| motion.answer_plan(slot));
+        self.controllers.first.answer_plan(slot);
     }
 
     /// Answers the request that is due at `tick` with `planner`, as a process in lockstep
