@@ -3,12 +3,12 @@
 use std::process::Command;
 
 /// The lock file that this program was built with.
-const LOCK: &str = include_str!("../../Cargo.lock");
+pub(crate) const LOCK: &str = include_str!("../../Cargo.lock");
 
-/// A note with the versions of these packages.
-pub(crate) fn note(packages: &[&str]) -> String {
+/// A note with the versions of these packages in the text of a lock file.
+pub fn note(lock: &str, packages: &[&str]) -> String {
     let named = packages.iter().map(|name| {
-        let version = locked(LOCK, name).unwrap_or("of an unknown version");
+        let version = locked(lock, name).unwrap_or("of an unknown version");
         format!("{name} {version}")
     });
     format!("compared with {}", named.collect::<Vec<_>>().join(", "))
@@ -37,8 +37,8 @@ mod tests {
 
     #[test]
     fn the_note_has_the_versions_of_the_lock_file() {
-        let said = note(&["bonsai-bt", "statig"]);
-        for package in ["bonsai-bt ", "statig "] {
+        let said = note(LOCK, &["iceoryx2", "serde"]);
+        for package in ["iceoryx2 ", "serde "] {
             let (_, version) = said.split_once(package).unwrap();
             assert!(
                 version.starts_with(|first: char| first.is_ascii_digit()),
@@ -46,6 +46,6 @@ mod tests {
             );
         }
         assert_eq!(locked("name = \"ab\"\nversion = \"1.2.3\"\n", "b"), None);
-        assert!(note(&["no-such-package"]).contains("unknown"));
+        assert!(note(LOCK, &["no-such-package"]).contains("unknown"));
     }
 }

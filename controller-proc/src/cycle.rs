@@ -133,7 +133,7 @@ impl Cycle {
         let setpoint = self.setpoint(stop, arm);
         let computed = self.controllers.forward(&drives, &setpoint);
         // Limit: the command that physics can follow.
-        self.limit(computed, arm, &drives);
+        self.limit(computed.as_ref(), arm, &drives);
         // Publish.
         self.count(state.header.tick);
         self.write_command(state, command);
@@ -196,9 +196,9 @@ impl Cycle {
     /// While physics holds an arm at rest, the command is that rest. Physics accepts any of
     /// these commands, however late it arrives, because each of them continues from the same
     /// setpoint (ADR 0014).
-    fn limit(&mut self, computed: Option<RobotState>, arm: &ArmState, drives: &RobotState) {
+    fn limit(&mut self, computed: Option<&RobotState>, arm: &ArmState, drives: &RobotState) {
         if let Some(computed) = computed {
-            self.last = computed;
+            self.last = *computed;
         }
         let n = self.joint_count;
         let (rates, changes) = (drives.velocities.first(n), drives.accelerations.first(n));

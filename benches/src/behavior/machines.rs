@@ -7,11 +7,15 @@ use behavior::machine::{
     Actions, CallbackId, Definition, Event, Fault, GuardId, Machine, RowDef, TriggerId, Vocabulary,
 };
 
-use super::statig;
 use super::subject::Subject;
 
+/// Row of the ring of phases.
+pub const PHASES: &str = "machine, 8 phases: event";
+/// Row of the palletizing table.
+pub const PALLETIZING: &str = "machine, palletizing: event";
+
 /// The table of an example of the library.
-const PALLETIZING: &str = include_str!("../../../crates/core/behavior/examples/palletizing.toml");
+const TABLE: &str = include_str!("../../../crates/core/behavior/examples/palletizing.toml");
 /// One bin: turned over, picked again, placed.
 const BIN: [&str; 5] = [
     "go_pick",
@@ -20,7 +24,7 @@ const BIN: [&str; 5] = [
     "pick_done",
     "place_done",
 ];
-const PHASES: [&str; 8] = [
+const STATES: [&str; 8] = [
     "pre_grasp",
     "approach",
     "grasp",
@@ -51,8 +55,8 @@ impl Actions for Bins {
 
 /// A ring of phases, and the palletizing table.
 pub(crate) fn subjects() -> Result<Vec<Subject>, Box<dyn Error>> {
-    let mut ring = Definition::new("phases").states(&PHASES);
-    for (phase, next) in PHASES.iter().zip(PHASES.iter().cycle().skip(1)) {
+    let mut ring = Definition::new("phases").states(&STATES);
+    for (phase, next) in STATES.iter().zip(STATES.iter().cycle().skip(1)) {
         ring = ring.row(RowDef::new("done", phase, next));
     }
     let ring = Machine::new(ring.compile(&Vocabulary::default())?.into());
@@ -60,11 +64,11 @@ pub(crate) fn subjects() -> Result<Vec<Subject>, Box<dyn Error>> {
         guards: &["needs_flip", "placement_completes_stack"],
         ..Vocabulary::default()
     };
-    let table = Definition::load("palletizing.toml", PALLETIZING, &vocabulary)?;
+    let table = Definition::load("palletizing.toml", TABLE, &vocabulary)?;
     let palletizing = Machine::new(table.into());
     Ok(vec![
-        subject("machine, 8 phases: event", ring, &["done"])?.against(statig::PHASES),
-        subject("machine, palletizing: event", palletizing, &BIN)?.against(statig::PALLETIZING),
+        subject(PHASES, ring, &["done"])?,
+        subject(PALLETIZING, palletizing, &BIN)?,
     ])
 }
 

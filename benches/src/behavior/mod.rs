@@ -2,17 +2,15 @@
 //! checkpoint; and the same work in other libraries, in turns within one run. `robocell bench
 //! behavior` starts it.
 
-mod bonsai;
 mod instructions;
-mod machines;
+pub mod machines;
 mod matrices;
 #[path = "../../../crates/core/behavior/examples/pick_place/mod.rs"]
 mod pick_place;
 mod rounds;
-mod statig;
-mod subject;
+pub(crate) mod subject;
 mod tasks;
-mod trees;
+pub mod trees;
 
 use std::error::Error;
 use std::io::stdout;
@@ -20,45 +18,61 @@ use std::io::stdout;
 use cell_rt::priority::{self, CONTROLLER_PRIORITY};
 
 use crate::report::Report;
-use crate::versions;
 use subject::Subject;
 
 type Group = fn() -> Result<Vec<Subject>, Box<dyn Error>>;
 
+/// How to get the rows of other libraries.
+const MISSING: &str = "other libraries are not measured: `cargo run --release --manifest-path \
+                       benches/peers/Cargo.toml behavior` builds a program that has them";
+
 /// The rows in their order, in groups that are set up separately.
-const GROUPS: [Group; 6] = [
+const GROUPS: [Group; 4] = [
     trees::subjects,
-    || Ok(bonsai::subjects()),
     machines::subjects,
-    || Ok(statig::subjects()),
     matrices::subjects,
     tasks::subjects,
 ];
 
-// For the instruction counter: one row alone, a given number of times.
-pub(crate) fn only(row: &str, times: &str) -> Result<(), Box<dyn Error>> {
-    let times: u64 = times.parse()?;
-    for group in GROUPS {
-        if let Some(subject) = group()?.iter_mut().find(|it| it.name == row) {
-            (subject.work)(times);
-            return Ok(());
-        }
-    }
-    Err(format!("unknown row '{row}'").into())
+/// The same work in other libraries.
+pub struct Peers {
+    /// Their rows.
+    pub rows: fn() -> Vec<Subject>,
+    /// Their versions.
+    pub note: String,
 }
 
-pub(crate) fn bench(json: bool) -> Result<(), Box<dyn Error>> {
-    let granted = priority::request(CONTROLLER_PRIORITY, Some(0));
-    let mut report = Report::new("behavior", granted.fifo, &granted.refused);
+fn subjects(peers: Option<&Peers>) -> Result<Vec<Subject>, Box<dyn Error>> {
     let mut all = Vec::new();
     for group in GROUPS {
         all.extend(group()?);
     }
+    all.extend(peers.into_iter().flat_map(|peers| (peers.rows)()));
+    Ok(all)
+}
+
+// For the instruction counter: one row alone, a given number of times.
+pub(crate) fn only(row: &str, times: &str, peers: Option<&Peers>) -> Result<(), Box<dyn Error>> {
+    let times: u64 = times.parse()?;
+    let mut all = subjects(peers)?;
+    let subject = all.iter_mut().find(|it| it.name == row);
+    let subject = subject.ok_or_else(|| format!("unknown row '{row}'"))?;
+    (subject.work)(times);
+    Ok(())
+}
+
+pub(crate) fn bench(json: bool, peers: Option<&Peers>) -> Result<(), Box<dyn Error>> {
+    let granted = priority::request(CONTROLLER_PRIORITY, Some(0));
+    let mut report = Report::new("behavior", granted.fifo, &granted.refused);
+    let mut all = subjects(peers)?;
     report.notes.push(format!(
         "each sample is the mean of {} in a row; rows take turns",
         rounds::TIMES
     ));
-    report.notes.push(versions::note(&["bonsai-bt", "statig"]));
+    let note = peers.map(|peers| peers.note.clone());
+    report
+        .notes
+        .push(note.unwrap_or_else(|| MISSING.to_owned()));
     report.rows.extend(rounds::times(&mut all));
     report.rows.extend(rounds::allocations(&mut all));
     // Instructions are the same on a loaded machine, but need valgrind.
@@ -69,15 +83,14 @@ pub(crate) fn bench(json: bool) -> Result<(), Box<dyn Error>> {
             .push(format!("instructions: not measured: {why}")),
     }
     for subject in &all {
-        let Some(peer) = subject.against else {
+        let Some(own) = subject.peer_of else {
             continue;
         };
         for suffix in ["", rounds::ALLOCATIONS, instructions::SUFFIX] {
-            let (own, other) = (
-                format!("{}{suffix}", subject.name),
-                format!("{peer}{suffix}"),
+            report.compare(
+                &format!("{own}{suffix}"),
+                &format!("{}{suffix}", subject.name),
             );
-            report.compare(&own, &other);
         }
     }
     report.write(&mut stdout().lock(), json)?;

@@ -1,29 +1,30 @@
 //! The work of one row.
 
 /// Work that can be repeated.
-pub(crate) struct Subject {
+pub struct Subject {
     /// Name of the row.
     pub(crate) name: &'static str,
-    /// Row it is compared with.
-    pub(crate) against: Option<&'static str>,
+    /// The row that is compared with this one.
+    pub(crate) peer_of: Option<&'static str>,
     /// Does the work that many times.
     pub(crate) work: Box<dyn FnMut(u64)>,
 }
 
 impl Subject {
     /// Work without comparison.
-    pub(crate) fn new(name: &'static str, work: impl FnMut(u64) + 'static) -> Self {
+    pub fn new(name: &'static str, work: impl FnMut(u64) + 'static) -> Self {
         Self {
             name,
-            against: None,
+            peer_of: None,
             work: Box::new(work),
         }
     }
 
-    /// The same, compared with the row `peer`.
-    pub(crate) fn against(self, peer: &'static str) -> Self {
+    /// The same; the row `own` is compared with it.
+    #[must_use]
+    pub fn peer_of(self, own: &'static str) -> Self {
         Self {
-            against: Some(peer),
+            peer_of: Some(own),
             ..self
         }
     }

@@ -6,12 +6,11 @@ use std::time::Duration;
 
 use behavior::board::Board;
 
-use super::bonsai;
 use super::pick_place::{pick_and_place, run};
 use super::subject::Subject;
 
 /// Row of the tree that is like that of the other library.
-pub(crate) const TICK: &str = "tree, 27 nodes: tick";
+pub const TICK: &str = "tree, 27 nodes: tick";
 
 /// The tree with empty leaves: a tick of it, and its record.
 pub(crate) fn subjects() -> Result<Vec<Subject>, Box<dyn Error>> {
@@ -26,8 +25,7 @@ pub(crate) fn subjects() -> Result<Vec<Subject>, Box<dyn Error>> {
     Ok(vec![
         Subject::new(TICK, move |times| {
             black_box(run(&mut ticked, times));
-        })
-        .against(bonsai::MEMORY),
+        }),
         Subject::new("tree, 27 nodes: record", move |times| {
             for _ in 0..times {
                 record.clear();

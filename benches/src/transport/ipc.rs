@@ -100,7 +100,9 @@ fn measure(plan: Plan, command: impl Fn(&BenchRun) -> Command) -> Result<Report,
     cell_rt::priority::set_other().map_err(io("leave real-time scheduling"))?;
     let mut report = Report::new("ipc", granted.fifo, &granted.refused);
     report.notes.extend(NOTES.map(str::to_owned));
-    report.notes.push(versions::note(&["iceoryx2"]));
+    report
+        .notes
+        .push(versions::note(versions::LOCK, &["iceoryx2"]));
     bench.fill(&mut report);
     Ok(report)
 }

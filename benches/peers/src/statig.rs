@@ -4,12 +4,7 @@ use std::hint::black_box;
 
 use statig::blocking::{IntoStateMachine, IntoStateMachineExt, Outcome, State};
 
-use super::subject::Subject;
-
-/// Row of the ring of phases.
-pub(crate) const PHASES: &str = "statig, 8 phases: event";
-/// Row of the palletizing table.
-pub(crate) const PALLETIZING: &str = "statig, palletizing: event";
+use robocell_benches::{Subject, machines};
 
 /// Both machines.
 pub(crate) fn subjects() -> Vec<Subject> {
@@ -18,18 +13,20 @@ pub(crate) fn subjects() -> Vec<Subject> {
     let bin = [Bin::Go, Bin::Picked, Bin::Flipped, Bin::Picked, Bin::Placed];
     let mut events = bin.into_iter().cycle();
     vec![
-        Subject::new(PHASES, move |times| {
+        Subject::new("statig, 8 phases: event", move |times| {
             for _ in 0..times {
                 ring.handle(black_box(&Done));
                 black_box(ring.state());
             }
-        }),
-        Subject::new(PALLETIZING, move |times| {
+        })
+        .peer_of(machines::PHASES),
+        Subject::new("statig, palletizing: event", move |times| {
             for event in events.by_ref().zip(0..times).map(|(event, _)| event) {
                 palletizing.handle(black_box(&event));
                 black_box(palletizing.state());
             }
-        }),
+        })
+        .peer_of(machines::PALLETIZING),
     ]
 }
 

@@ -6,11 +6,8 @@ use std::hint::black_box;
 
 use bonsai_bt::{Action, ActionArgs, BT, Behavior, Event, Select, Sequence, Status};
 
-use super::subject::Subject;
+use robocell_benches::{Subject, trees};
 
-/// Row of the root that remembers.
-pub(crate) const MEMORY: &str = "bonsai-bt, memory root: tick";
-const REACTIVE: &str = "bonsai-bt, reactive root: tick";
 const TICKS_A_PHASE: u32 = 10;
 /// Leaves that run, in the whole tree.
 const RUNNING_LEAVES: usize = 18;
@@ -35,7 +32,10 @@ pub(crate) fn subjects() -> Vec<Subject> {
         let mut tree = BT::new(pick_and_place(memory), Board::default());
         Subject::new(name, move |times| run(&mut tree, times))
     };
-    vec![subject(MEMORY, true), subject(REACTIVE, false)]
+    vec![
+        subject("bonsai-bt, memory root: tick", true).peer_of(trees::TICK),
+        subject("bonsai-bt, reactive root: tick", false),
+    ]
 }
 
 fn run(tree: &mut BT<Do, Board>, times: u64) {
