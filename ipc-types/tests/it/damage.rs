@@ -1,15 +1,14 @@
 //! Values that are not finite or not plausible, in any field of any message.
 #![allow(
     clippy::cast_possible_truncation,
-    clippy::unwrap_used,
-    clippy::expect_used,
-    reason = "capacities of messages are small, and a test that cannot continue has failed"
+    reason = "capacities of messages are small"
 )]
 
+use ipc_types::contact::MAX_CONTACTS;
 use ipc_types::tap::PIECE_OBJECTS;
 use ipc_types::{
-    ArmCommand, ArmStatus, Decision, Health, MAX_ARMS, MAX_JOINTS, MAX_OBJECTS, OperatorReply,
-    OperatorRequest, Pose, Validate, Wire, WorldPiece, WorldState,
+    ArmCommand, ArmStatus, Contacts, Decision, Health, Keyframe, MAX_ARMS, MAX_JOINTS, MAX_OBJECTS,
+    OperatorReply, OperatorRequest, Pose, TraceLine, Validate, Wire, WorldPiece, WorldState,
 };
 
 /// A message with every part in use.
@@ -44,6 +43,27 @@ impl Full for Decision {
             goal.target = Pose::IDENTITY;
         }
         this
+    }
+}
+
+impl Full for Contacts {
+    fn full() -> Self {
+        Self {
+            count: MAX_CONTACTS as u32,
+            ..Self::zeroed()
+        }
+    }
+}
+
+impl Full for TraceLine {
+    fn full() -> Self {
+        Self::zeroed()
+    }
+}
+
+impl Full for Keyframe {
+    fn full() -> Self {
+        Self::zeroed()
     }
 }
 
@@ -135,6 +155,7 @@ fn no_field_of_any_message_takes_what_is_no_plausible_number() {
     assert_eq!(refuses_all::<OperatorReply>("reply"), 0);
     assert!(refuses_all::<WorldState>("state") > 13 * MAX_OBJECTS);
     assert!(refuses_all::<WorldPiece>("piece") > 100);
+    assert_eq!(refuses_all::<Contacts>("contacts"), 6 * MAX_CONTACTS);
 }
 
 /// Random bytes: refused or plausible, never a panic.
@@ -163,4 +184,7 @@ fn random_bytes_are_judged() {
     assert_eq!(judge::<WorldPiece>(&mut random), 200);
     assert_eq!(judge::<Health>(&mut random), 200);
     assert_eq!(judge::<OperatorRequest>(&mut random), 200);
+    assert_eq!(judge::<Contacts>(&mut random), 200);
+    assert_eq!(judge::<TraceLine>(&mut random), 200);
+    assert_eq!(judge::<Keyframe>(&mut random), 200);
 }
