@@ -276,15 +276,11 @@ fn delayed(test: &str, kind: &str) -> FileJob {
     let modifiers = "modifiers = [{ type = \"Delay\", ports = { seconds = 0.3 } }]";
     let holding = "{ do = \"Holding\", object = \"cube\" }";
     let delayed = holding.replace(" }", &format!(", {modifiers} }}"));
-    let text = match kind {
-        "machine" => EVENTS.replace(holding, &delayed),
-        _ => {
-            let goes = "HELD = { handler = \"wait\", goto = \"DONE\" }";
-            MATRIX
-                .replace(holding, &delayed)
-                .replace("HELD = \"wait\"", goes)
-        }
-    };
+    let goes = "HELD = { handler = \"wait\", goto = \"DONE\" }";
+    let text = if kind == "machine" { EVENTS } else { MATRIX };
+    let text = text
+        .replace(holding, &delayed)
+        .replace("HELD = \"wait\"", goes);
     assert!(text.contains("Delay"));
     let mut job = FileJob::new(&format!("{test}-{kind}"), kind, &text);
     job.state.panel.task_started = 1;

@@ -7,6 +7,7 @@ use cell_model::{Cell, Data};
 use ipc_types::GripperGoal;
 use ipc_types::decision::GoalKind;
 use robocell_skills::{Setup, nodes};
+use robocell_task::Reason;
 use serde_json::{Value as Json, json};
 
 use crate::bench::{Bench, LEFT, pose};
@@ -32,7 +33,7 @@ fn until_over(bench: &mut Bench, seconds: u32) -> (Status, u32) {
 }
 
 fn reason(bench: &Bench) -> Option<&str> {
-    bench.job.failure.as_ref().map(|reason| reason.as_str())
+    bench.job.failure.as_ref().map(Reason::as_str)
 }
 
 #[test]
