@@ -249,3 +249,21 @@ impl HealthReporter {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_loop_with_deadlines_is_late_and_none_is_in_lockstep() {
+        for process in [Process::Physics, Process::Controller(1)] {
+            assert_eq!(limits(process, false), (500_000, 1_000_000));
+        }
+        for process in [Process::Task, Process::Monitor] {
+            assert_eq!(limits(process, false), (u64::MAX, 10_000_000));
+        }
+        for process in Process::all(2) {
+            assert_eq!(limits(process, true), (u64::MAX, u64::MAX), "{process:?}");
+        }
+    }
+}

@@ -56,7 +56,8 @@ struct Parts {
     sequences: Vec<Tree<Station>>,
     /// By sequence: whether failed steps start again, because the file names no trigger for it.
     repeats: Vec<bool>,
-    conditions: Vec<Tree<Station>>,
+    /// Guards with their names, in the order of the file.
+    conditions: Vec<(String, Tree<Station>)>,
     shared: Board,
 }
 
@@ -109,8 +110,8 @@ impl MachineJob {
             .collect::<Result<_, _>>()?;
         let conditions = inline.conditions.iter();
         let conditions = conditions
-            .map(|part| loader.condition(part))
-            .collect::<Result<_, _>>()?;
+            .map(|part| Ok((part.name.clone(), loader.condition(part)?)))
+            .collect::<Result<_, SetupError>>()?;
         let events = events_of(&inline.events, &table, &mut loader)?;
         let mut job = Self {
             run: MachineRun::new(Arc::new(table)),
@@ -139,8 +140,8 @@ impl MachineJob {
 
     fn trees(&self) -> impl Iterator<Item = &Tree<Station>> {
         let events = self.events.iter().map(|event| &event.tree);
-        let parts = self.parts.sequences.iter().chain(&self.parts.conditions);
-        parts.chain(events)
+        let conditions = self.parts.conditions.iter().map(|(_, tree)| tree);
+        self.parts.sequences.iter().chain(conditions).chain(events)
     }
 
     /// Resets the machine to its first state.
@@ -227,7 +228,7 @@ impl Actions for Running<'_, '_, '_> {
             conditions, shared, ..
         } = self.parts;
         let condition = conditions.get_mut(guard.index());
-        condition.is_some_and(|tree| parts::holds(tree, shared, self.world))
+        condition.is_some_and(|(_, tree)| parts::holds(tree, shared, self.world))
     }
 
     fn call(&mut self, _callback: CallbackId, _event: &mut Event<'_>) -> Result<(), Fault> {

@@ -32,8 +32,8 @@ pub(super) struct MatrixPolicy {
     setup: Arc<Setup>,
     run: MatrixRun,
     parts: Parts,
-    /// Conditions with their events, in the order of the file.
-    events: Vec<(Tree<Station>, EventId)>,
+    /// Conditions with the names of their events, in the order of the file.
+    events: Vec<(String, Tree<Station>, EventId)>,
     initial: Vec<u8>,
     resumed: bool,
 }
@@ -55,6 +55,8 @@ struct Parts {
 struct Record {
     handlers: Vec<ByteBuf>,
     sequences: Vec<ByteBuf>,
+    /// By name.
+    events: Vec<(String, ByteBuf)>,
     board: ByteBuf,
     current: Option<u16>,
 }
@@ -93,7 +95,7 @@ impl MatrixPolicy {
         let mut events = Vec::new();
         for part in &inline.events {
             let id = event(&part.name).map_err(Loader::wrong)?;
-            events.push((loader.condition(part)?, id));
+            events.push((part.name.clone(), loader.condition(part)?, id));
         }
         let sequences = runs
             .iter()
@@ -136,14 +138,14 @@ impl MatrixPolicy {
     }
 
     fn trees(&self) -> impl Iterator<Item = &Tree<Station>> {
-        let events = self.events.iter().map(|(tree, _)| tree);
+        let events = self.events.iter().map(|(_, tree, _)| tree);
         let parts = self.parts.handlers.iter().chain(&self.parts.sequences);
         parts.chain(events)
     }
 
     fn pending(&mut self, world: &mut World<'_>) -> EventSet {
         let mut pending = EventSet::EMPTY;
-        for (condition, event) in &mut self.events {
+        for (_, condition, event) in &mut self.events {
             if parts::holds(condition, &mut self.parts.shared, world) {
                 pending = pending.with(*event);
             }
@@ -235,6 +237,9 @@ impl MatrixPolicy {
             .shared
             .restore(&record.board)
             .map_err(bincode::Error::custom)?;
+        let events = self.events.iter_mut();
+        let events = events.map(|(name, tree, _)| (name.as_str(), tree));
+        parts::restore_named(events, &record.events)?;
         parts::restore(&mut self.parts.handlers, &record.handlers)?;
         parts::restore(&mut self.parts.sequences, &record.sequences)?;
         self.parts.current = record.current;
@@ -298,9 +303,11 @@ impl AnyPolicy for MatrixPolicy {
     fn save(&self) -> Vec<u8> {
         let mut board = Vec::new();
         self.parts.shared.save(&mut board);
+        let events = self.events.iter();
         self.run.save(&Record {
             handlers: parts::save(&self.parts.handlers),
             sequences: parts::save(&self.parts.sequences),
+            events: parts::save_named(events.map(|(name, tree, _)| (name.as_str(), tree))),
             board: ByteBuf::from(board),
             current: self.parts.current,
         })

@@ -231,12 +231,36 @@ pub(super) fn holds(tree: &mut Tree<Station>, shared: &mut Board, world: &mut Wo
 
 /// Trees, encoded.
 pub(super) fn save(trees: &[Tree<Station>]) -> Vec<ByteBuf> {
-    let bytes = |tree: &Tree<Station>| {
-        let mut bytes = Vec::new();
-        tree.save(&mut bytes);
-        ByteBuf::from(bytes)
-    };
     trees.iter().map(bytes).collect()
+}
+
+fn bytes(tree: &Tree<Station>) -> ByteBuf {
+    let mut bytes = Vec::new();
+    tree.save(&mut bytes);
+    ByteBuf::from(bytes)
+}
+
+/// Conditions with their names, encoded: a modifier of a condition may remember, as `Delay`
+/// does.
+pub(super) fn save_named<'t>(
+    conditions: impl Iterator<Item = (&'t str, &'t Tree<Station>)>,
+) -> Vec<(String, ByteBuf)> {
+    let named = conditions.map(|(name, tree)| (name.to_owned(), bytes(tree)));
+    named.collect()
+}
+
+/// Restores the bytes of [`save_named`]. Conditions that were added to the file have none and
+/// start.
+pub(super) fn restore_named<'t>(
+    conditions: impl Iterator<Item = (&'t str, &'t mut Tree<Station>)>,
+    saved: &[(String, ByteBuf)],
+) -> Result<(), bincode::Error> {
+    for (name, tree) in conditions {
+        if let Some((_, bytes)) = saved.iter().find(|(known, _)| known == name) {
+            tree.restore(bytes).map_err(bincode::Error::custom)?;
+        }
+    }
+    Ok(())
 }
 
 /// Restores the bytes of [`save`]. A tree that was edited keeps the state of the nodes whose

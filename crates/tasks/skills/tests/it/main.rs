@@ -8,8 +8,11 @@
 
 mod ability;
 mod bench;
+mod conditions;
 mod files;
 mod guarded;
+mod jobs;
 mod own_leaf;
 mod several;
+mod skills;
 mod way;

@@ -25,11 +25,11 @@ pub(crate) const UP: Pose = Pose {
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Plan {
     /// From this decision on the job fails, 0 for never.
-    pub(crate) fails_at: u32,
+    pub(crate) fails: u32,
     /// In this decision a fault is reported that is not the reason of the failure.
-    pub(crate) faults_at: u32,
+    pub(crate) faults: u32,
     /// In this decision the target is not a number.
-    pub(crate) nan_at: u32,
+    pub(crate) not_a_number: u32,
 }
 
 /// Ten decisions per phase; it moves every arm and requests a bin in each phase.
@@ -49,16 +49,16 @@ impl Policy for Worker {
     fn decide(&self, memory: &mut Memory, _: &Observation<'_>, job: &mut Job, out: &mut Output) {
         memory.decisions += 1;
         let Plan {
-            fails_at,
-            faults_at,
-            nan_at,
+            fails,
+            faults,
+            not_a_number,
         } = self.0;
         if memory.decisions % 10 == 1 {
             job.io.add_bin += 1;
         }
         job.io.conveyor_running = true;
         let mut target = UP;
-        if memory.decisions == nan_at {
+        if memory.decisions == not_a_number {
             target.position[2] = f64::NAN;
         }
         for arm in 0..2 {
@@ -69,11 +69,11 @@ impl Policy for Worker {
             out.arm(arm, intent);
         }
         out.log(format_args!("decision {}", memory.decisions));
-        if memory.decisions == faults_at {
+        if memory.decisions == faults {
             let line = format_args!("[fault] a sensor is dirty");
             out.event(TraceEvent::Fault, line);
         }
-        if fails_at > 0 && memory.decisions >= fails_at {
+        if fails > 0 && memory.decisions >= fails {
             if let Some(attempts) = job.attempts_mut(0) {
                 attempts.pick = 5;
             }

@@ -11,7 +11,7 @@ const HOLDS: (u32, u32) = (GoalKind::Hold as u32, GripperGoal::Keep as u32);
 #[test]
 fn a_failed_job_holds_its_arms_and_its_grippers_and_stops_the_belt() {
     let mut bench = Bench::new(Plan {
-        fails_at: 3,
+        fails: 3,
         ..Plan::default()
     });
     bench.decide_times(2);
@@ -34,7 +34,7 @@ fn a_failed_job_holds_its_arms_and_its_grippers_and_stops_the_belt() {
 #[test]
 fn a_start_of_the_operator_tries_a_failed_job_again_with_all_its_attempts() {
     let mut bench = Bench::new(Plan {
-        fails_at: 3,
+        fails: 3,
         ..Plan::default()
     });
     bench.decide_times(5);
@@ -60,8 +60,8 @@ fn a_start_of_the_operator_tries_a_failed_job_again_with_all_its_attempts() {
 #[test]
 fn the_reason_in_words_is_that_of_the_failure_and_not_of_an_earlier_fault() {
     let mut bench = Bench::new(Plan {
-        faults_at: 2,
-        fails_at: 4,
+        faults: 2,
+        fails: 4,
         ..Plan::default()
     });
     bench.decide_times(3);
@@ -70,8 +70,8 @@ fn the_reason_in_words_is_that_of_the_failure_and_not_of_an_earlier_fault() {
     assert!(bench.task.has_failed());
     assert_eq!(bench.task.message(), None);
     let mut bench = Bench::new(Plan {
-        faults_at: 4,
-        fails_at: 4,
+        faults: 4,
+        fails: 4,
         ..Plan::default()
     });
     bench.decide_times(4);
@@ -84,7 +84,7 @@ fn the_reason_in_words_is_that_of_the_failure_and_not_of_an_earlier_fault() {
 #[test]
 fn a_decision_that_is_not_a_number_is_replaced_by_one_that_holds_and_says_why() {
     let mut bench = Bench::new(Plan {
-        nan_at: 3,
+        not_a_number: 3,
         ..Plan::default()
     });
     bench.decide_times(2);

@@ -11,6 +11,9 @@ use super::{MachineJob, parts};
 struct Record {
     machine: ByteBuf,
     sequences: Vec<ByteBuf>,
+    /// Guards and events, by their names.
+    guards: Vec<(String, ByteBuf)>,
+    events: Vec<(String, ByteBuf)>,
     board: ByteBuf,
     /// Names of events that fired and have held since.
     fired: Vec<String>,
@@ -21,9 +24,13 @@ impl MachineJob {
     pub(in crate::files) fn save(&self) -> Vec<u8> {
         let mut board = Vec::new();
         self.parts.shared.save(&mut board);
+        let guards = self.parts.conditions.iter();
+        let events = self.events.iter();
         checkpoint::to_bytes(&Record {
             machine: ByteBuf::from(self.run.save()),
             sequences: parts::save(&self.parts.sequences),
+            guards: parts::save_named(guards.map(|(name, tree)| (name.as_str(), tree))),
+            events: parts::save_named(events.map(|event| (event.name.as_str(), &event.tree))),
             board: ByteBuf::from(board),
             fired: self
                 .events
@@ -50,6 +57,12 @@ impl MachineJob {
         for event in &mut self.events {
             event.has_fired = record.fired.contains(&event.name);
         }
+        let guards = self.parts.conditions.iter_mut();
+        let guards = guards.map(|(name, tree)| (name.as_str(), tree));
+        parts::restore_named(guards, &record.guards)?;
+        let events = self.events.iter_mut();
+        let events = events.map(|event| (event.name.as_str(), &mut event.tree));
+        parts::restore_named(events, &record.events)?;
         parts::restore(&mut self.parts.sequences, &record.sequences)
     }
 }
