@@ -162,7 +162,7 @@ impl Page {
             serve_control(&socket, &control, record);
         })?;
         named("page").spawn_scoped(scope, move || {
-            page_server::serve(server, page.address, &problem)
+            page_server::serve(server, page.address, &problem);
         })?;
         Ok(opened)
     }

@@ -126,10 +126,11 @@ impl Bench {
             demos: Vec::new(),
             source: None,
         };
-        let broadcast =
-            Broadcast::new(hello, json!({ "demo": "d", "objects": [{ "name": name }] }));
+        let scene = json!({ "demo": "d", "objects": [{ "name": name }] });
+        let past: OpenPast = Arc::new(|| Ok(Box::new(FakePast)));
         let queue = Arc::new(FakeQueue::default());
         let (send_address, address) = std::sync::mpsc::channel();
+        let broadcast = Broadcast::new(hello, scene);
         let (source, commands) = (broadcast.clone(), queue.clone());
         let server = std::thread::spawn(move || {
             let runtime = tokio::runtime::Builder::new_current_thread()
@@ -138,10 +139,9 @@ impl Bench {
                 .unwrap();
             runtime.block_on(async {
                 let listening = bind("127.0.0.1:0".parse().unwrap()).await.unwrap();
-                let address = listening.address();
-                send_address.send(address).unwrap();
+                send_address.send(listening.address()).unwrap();
                 let services = Services {
-                    access: set_up(AccessControl::new(address, secrets())),
+                    access: set_up(AccessControl::new(listening.address(), secrets())),
                     files,
                     meshes: Files::default(),
                     hint: "install <Node>".to_owned(),
@@ -152,9 +152,7 @@ impl Bench {
                         arms: 1,
                     },
                     policies: None,
-                    past: Some(
-                        Arc::new(|| Ok(Box::new(FakePast) as Box<dyn PastReader>)) as OpenPast
-                    ),
+                    past: Some(past),
                     incidents: live.then_some(incidents),
                 };
                 tokio::select! {
