@@ -50,11 +50,12 @@ fn with_reports(name: &str, test: impl FnOnce(&mut Reports)) {
     run.main(|start| {
         let bus = start.join(Process::Task)?;
         let reader = bus.subscriber(TopicId::Health(Process::Task))?;
-        let reporter = HealthReporter::new(start, &bus, Process::Task, false)?;
+        let now_ns = cell_rt::monotonic_ns();
+        let reporter = HealthReporter::new(start, &bus, Process::Task, false, now_ns)?;
         test(&mut Reports {
             reporter,
             reader,
-            now_ns: cell_rt::monotonic_ns(),
+            now_ns,
         });
         done = true;
         Ok::<(), Failed>(())
@@ -123,9 +124,9 @@ fn figures_are_those_of_the_last_second() {
     with_reports("figures", |reports| {
         for tick in 0..100 {
             let late_ns = if tick == 50 { 8_000_000 } else { 2_000 };
-            reports
-                .reporter
-                .cycle(tick, cell_rt::monotonic_ns(), late_ns, [0.0; 4]);
+            let now_ns = reports.now_ns;
+            let reporter = &mut reports.reporter;
+            reporter.cycle(tick, now_ns, late_ns, [0.0; 4], now_ns);
         }
         assert_eq!(
             reports.after(PERIOD_NS).unwrap().rate_hz,
