@@ -190,7 +190,7 @@ fn states_and_requests_in_memory_are_resumed_like_those_in_files() {
     let before = first.state().panel;
     drop(first);
     let second = start(true);
-    assert_eq!(second.tick(), 1_000);
+    assert_eq!(second.tick(), 1_010, "as from files");
     assert_eq!(second.resume.lost(second.tick()), "");
     assert_eq!(second.state().panel, before);
 }

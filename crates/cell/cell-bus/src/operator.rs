@@ -22,7 +22,7 @@ const POLL_NS: u64 = 500_000;
 /// The end of one of the wirings that sends requests.
 pub(crate) trait Ask: Debug {
     /// `None` if no server was connected: the request was not sent.
-    fn send(&self, request: OperatorRequest) -> Result<Option<Box<dyn Answer>>, RequestError>;
+    fn send(&self, request: &OperatorRequest) -> Result<Option<Box<dyn Answer>>, RequestError>;
     /// Time for the stamp of a request.
     fn now_ns(&self) -> u64;
 }
@@ -74,12 +74,12 @@ pub struct PendingReply {
 }
 
 /// The state of a request.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub enum Answered {
     /// Physics has not replied.
     Waiting,
     /// The reply.
-    Reply(OperatorReply),
+    Reply(Box<OperatorReply>),
     /// Physics dropped the request without a reply, or ended.
     Dropped,
 }
@@ -92,7 +92,7 @@ impl PendingReply {
         while let Some(reply) = self.port.receive() {
             // A reply of another run or with invalid fields is damaged: waiting continues.
             if reply.header.run == self.run && reply.validate().is_ok() {
-                return Answered::Reply(reply);
+                return Answered::Reply(Box::new(reply));
             }
         }
         if connected {
@@ -123,7 +123,7 @@ impl OperatorClient {
         self.seq += 1;
         stamp(&mut request, self.identity, self.seq, self.port.now_ns());
         let run = self.identity.run;
-        let port = self.port.send(request)?;
+        let port = self.port.send(&request)?;
         Ok(port.map(|port| PendingReply { port, run }))
     }
 
@@ -160,7 +160,7 @@ impl OperatorClient {
 fn wait_for_reply(pending: &PendingReply, end_ns: u64) -> Option<OperatorReply> {
     loop {
         match pending.take() {
-            Answered::Reply(reply) => return Some(reply),
+            Answered::Reply(reply) => return Some(*reply),
             Answered::Waiting if monotonic_ns() < end_ns => {}
             Answered::Waiting | Answered::Dropped => return None,
         }

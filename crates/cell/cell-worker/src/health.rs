@@ -81,7 +81,7 @@ fn black_box(start: &Start, process: Process) -> Option<BlackBox> {
 }
 
 impl HealthReporter {
-    /// The reporter of `process`, for cycles of the calling thread; its first window begins at
+    /// The reporter of `process`, for cycles of the calling thread; its first window starts at
     /// `now_ns`.
     pub fn new(
         start: &Start,

@@ -39,13 +39,13 @@ impl Client {
 }
 
 impl Ask for Client {
-    fn send(&self, request: OperatorRequest) -> Result<Option<Box<dyn Answer>>, RequestError> {
+    fn send(&self, request: &OperatorRequest) -> Result<Option<Box<dyn Answer>>, RequestError> {
         if self.exchange.servers.get() == 0 {
             return Ok(None);
         }
         let reply = Rc::default();
         let call = Rc::new(Call {
-            request,
+            request: *request,
             reply: Rc::downgrade(&reply),
         });
         let answer = Box::new(Pending {

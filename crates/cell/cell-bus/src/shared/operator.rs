@@ -63,9 +63,9 @@ pub(super) fn serve(service: &Factory) -> Result<Box<dyn Serve>, BusError> {
 }
 
 impl Ask for Client<ipc::Service, OperatorRequest, (), OperatorReply, ()> {
-    fn send(&self, request: OperatorRequest) -> Result<Option<Box<dyn Answer>>, RequestError> {
+    fn send(&self, request: &OperatorRequest) -> Result<Option<Box<dyn Answer>>, RequestError> {
         let pending = self
-            .send_copy(request)
+            .send_copy(*request)
             .map_err(|error| RequestError::Send(format!("{error:?}")))?;
         let is_sent = pending.number_of_server_connections() > 0;
         Ok(is_sent.then(|| Box::new(pending) as Box<dyn Answer>))

@@ -303,7 +303,7 @@ fn a_file_that_is_not_finished_is_no_shard() {
     drop(file);
     let error = merged(&[path]).unwrap_err().to_string();
     for part in [
-        "seed 1 comes after seed 3",
+        "seed 1 follows seed 3",
         "3 of 6 rows of shard 1/1",
         "resumes",
     ] {

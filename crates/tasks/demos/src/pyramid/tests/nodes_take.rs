@@ -295,7 +295,7 @@ fn a_recovery_lets_the_others_cube_go_where_it_is() {
     assert_eq!(bench.tick(), Status::Running);
     assert_eq!(bench.gripper(), GripperGoal::Open);
     assert!(bench.holds_still(), "it would fall on its own cube");
-    assert_eq!(bench.count("lets cube_4 go"), 1);
+    assert_eq!(bench.count("releases cube_4"), 1);
     bench.state.arms[LEFT].gripper = ipc_types::GripperState::zeroed();
     bench.state.arms[LEFT].gripper.width = 0.08;
     assert_eq!(bench.tick(), Status::Running);
