@@ -12,7 +12,7 @@ fn tried(value: f64, done: u64) -> Tried {
     }
 }
 
-/// What is found once these values were tried, with the number of their episodes that were done.
+/// The result after these values were tried, each with the number of its episodes that were done.
 fn found(values: &[(f64, u64)]) -> Found {
     let mut found = Found {
         key: "disturbance.position_offset_m".to_owned(),
