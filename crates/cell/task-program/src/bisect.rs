@@ -205,3 +205,6 @@ fn print_result(key: &str, tried: &Tried, json: bool) {
         failed.unwrap_or_default()
     ));
 }
+
+#[cfg(test)]
+mod tests;

@@ -61,3 +61,6 @@ impl Drop for MessageFile {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

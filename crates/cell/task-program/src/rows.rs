@@ -200,12 +200,11 @@ impl Folders {
         let robot = order.spec.robot.iter();
         let robot = robot.filter_map(|robot| robot.urdf.parent());
         let all = order.spec.data_dir.as_deref().into_iter().chain(files);
-        let all = all.chain(robot).map(|dir| format!("{}/", dir.display()));
-        Self(
-            // Not `/`: every path would lose its separators.
-            all.filter(|dir| dir.starts_with('/') && dir.len() > 1)
-                .collect(),
-        )
+        // Not `/`: it is no user's folder, and `//` may be part of a message.
+        let all = all
+            .chain(robot)
+            .filter(|dir| dir.is_absolute() && *dir != Path::new("/"));
+        Self(all.map(|dir| format!("{}/", dir.display())).collect())
     }
 
     fn left_out_of(&self, sentence: &str) -> String {
@@ -279,3 +278,6 @@ fn host_name() -> String {
     let name = std::fs::read_to_string("/proc/sys/kernel/hostname");
     name.map_or_else(|_| String::new(), |name| name.trim().to_owned())
 }
+
+#[cfg(test)]
+mod tests;

@@ -16,6 +16,9 @@ use serde::{Deserialize, Serialize};
 /// Force with which the operator closes the gripper (N).
 pub(crate) const GRIP_FORCE_N: f64 = 12.5;
 
+/// Failed attempts that end a job.
+pub(crate) const ATTEMPTS: u32 = 3;
+
 pub(crate) const UP: Pose = Pose {
     position: [0.4, 0.1, 0.5],
     orientation_wxyz: [0.0, 0.8, 0.6, 0.0],
@@ -24,7 +27,7 @@ pub(crate) const UP: Pose = Pose {
 /// The decisions of [`Worker`], written by the test.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Plan {
-    /// From this decision on the job fails, 0 for never.
+    /// From this decision on each one is a failed attempt, 0 for never.
     pub(crate) fails: u32,
     /// In this decision a fault is reported that is not the reason of the failure.
     pub(crate) faults: u32,
@@ -74,10 +77,11 @@ impl Policy for Worker {
             out.event(TraceEvent::Fault, line);
         }
         if fails > 0 && memory.decisions >= fails {
-            if let Some(attempts) = job.attempts_mut(0) {
-                attempts.pick = 5;
+            let attempts = job.attempts_mut(0).unwrap();
+            attempts.pick += 1;
+            if attempts.pick >= ATTEMPTS {
+                job.fail("no_more_cubes");
             }
-            job.fail("no_more_cubes");
         }
     }
 

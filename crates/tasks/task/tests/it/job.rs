@@ -4,14 +4,14 @@ use ipc_types::GripperGoal;
 use ipc_types::decision::{GoalKind, Outcome};
 use robocell_task::TraceEvent;
 
-use crate::bench::{Bench, Plan, memory};
+use crate::bench::{ATTEMPTS, Bench, Plan, memory};
 
 const HOLDS: (u32, u32) = (GoalKind::Hold as u32, GripperGoal::Keep as u32);
 
 #[test]
 fn a_failed_job_holds_its_arms_and_its_grippers_and_stops_the_belt() {
     let mut bench = Bench::new(Plan {
-        fails: 3,
+        fails: 1,
         ..Plan::default()
     });
     bench.decide_times(2);
@@ -34,7 +34,7 @@ fn a_failed_job_holds_its_arms_and_its_grippers_and_stops_the_belt() {
 #[test]
 fn a_start_of_the_operator_tries_a_failed_job_again_with_all_its_attempts() {
     let mut bench = Bench::new(Plan {
-        fails: 3,
+        fails: 1,
         ..Plan::default()
     });
     bench.decide_times(5);
@@ -50,18 +50,18 @@ fn a_start_of_the_operator_tries_a_failed_job_again_with_all_its_attempts() {
         before.reconciled + 1,
         "people were at the cell"
     );
-    // It fails at once in the same way: the second start is another attempt, too.
-    assert_eq!(bench.outcome(), Outcome::Failed);
-    bench.state.panel.task_start += 1;
+    assert_eq!(bench.outcome(), Outcome::Running);
+    bench.decide_times(ATTEMPTS - 2);
+    assert_eq!(bench.outcome(), Outcome::Running, "attempts are left");
     bench.decide();
-    assert_eq!(memory(&bench.task).decisions, after.decisions + 1);
+    assert_eq!(bench.outcome(), Outcome::Failed);
 }
 
 #[test]
 fn the_reason_in_words_is_that_of_the_failure_and_not_of_an_earlier_fault() {
     let mut bench = Bench::new(Plan {
         faults: 2,
-        fails: 4,
+        fails: 2,
         ..Plan::default()
     });
     bench.decide_times(3);
@@ -71,7 +71,7 @@ fn the_reason_in_words_is_that_of_the_failure_and_not_of_an_earlier_fault() {
     assert_eq!(bench.task.message(), None);
     let mut bench = Bench::new(Plan {
         faults: 4,
-        fails: 4,
+        fails: 2,
         ..Plan::default()
     });
     bench.decide_times(4);
