@@ -26,7 +26,7 @@ impl Grippers {
                 continue;
             };
             let wrench = without_pressure(wrench, &limits.axis);
-            let suction = &mut self.grippers[index].suction;
+            let suction = &mut self.by_arm[index].suction;
             let Some(exceeded) = suction.add_load(wrench, limits) else {
                 continue;
             };
@@ -38,7 +38,7 @@ impl Grippers {
             } else {
                 BreakCause::Impulse
             };
-            let suction = &mut self.grippers[index].suction;
+            let suction = &mut self.by_arm[index].suction;
             release(suction, engine);
             suction.note_break(exceeded.limit, cause);
         }
@@ -48,7 +48,7 @@ impl Grippers {
     /// touch something else, from the joint, of which the engine keeps the last substep only:
     /// right at rest, a few percent low while the arm lifts.
     fn wrench(&mut self, engine: &mut Engine, (index, arm): (usize, &Arm)) -> Option<Wrench> {
-        let suction = &mut self.grippers[index].suction;
+        let suction = &mut self.by_arm[index].suction;
         let (object, joint) = suction.joint()?;
         let body = engine.object(object)?;
         let joint = engine.rapier().impulse_joints.get(joint);
@@ -70,7 +70,7 @@ impl Grippers {
 
     /// Whether the cup of another arm holds one of these objects.
     fn others_hold(&self, index: usize, objects: &[usize]) -> bool {
-        let grippers = self.grippers.iter().enumerate();
+        let grippers = self.by_arm.iter().enumerate();
         let others = grippers.filter(|(arm, _)| *arm != index);
         let mut held = others.filter_map(|(_, gripper)| gripper.suction.attached());
         held.any(|object| objects.contains(&object))
@@ -83,7 +83,7 @@ impl Grippers {
         (index, arm): (usize, &Arm),
         limit: BreakLimit,
     ) -> bool {
-        let attached = self.grippers[index].suction.attached();
+        let attached = self.by_arm[index].suction.attached();
         let (Some(limits), Some(object)) = (&arm.robot().suction, attached) else {
             return false;
         };

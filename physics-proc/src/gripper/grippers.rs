@@ -17,8 +17,8 @@ use crate::gripper::suction::{self, Suction};
 
 /// The grippers of a cell.
 pub(crate) struct Grippers {
-    /// By arm.
-    pub(super) grippers: Vec<Gripper>,
+    /// One for each arm; an arm without a gripper has one that does nothing.
+    pub(super) by_arm: Vec<Gripper>,
     contacts: Contacts,
     /// Velocities of the objects before the last step, while a cup holds one.
     pub(super) before: Velocities,
@@ -67,7 +67,7 @@ impl Grippers {
     /// The grippers of a cell at the start.
     pub(crate) fn new(cell: &Cell) -> Self {
         Self {
-            grippers: cell.arms.iter().map(Gripper::new).collect(),
+            by_arm: cell.arms.iter().map(Gripper::new).collect(),
             contacts: Contacts::new(cell.arms.len(), cell.objects.len()),
             before: Velocities::default(),
         }
@@ -82,7 +82,7 @@ impl Grippers {
         commands: &[Option<&GripperCommand>; MAX_ARMS],
     ) {
         let bodies = arms.bodies().iter().zip(arms.measured()).enumerate();
-        let grippers = self.grippers.iter_mut().zip(commands);
+        let grippers = self.by_arm.iter_mut().zip(commands);
         for ((gripper, command), (index, (arm, measured))) in grippers.zip(bodies) {
             if let Some(command) = command {
                 gripper.suction.command(command);
@@ -97,7 +97,7 @@ impl Grippers {
 
     /// Notes the velocities of the objects for the load on the cups.
     pub(crate) fn note_velocities(&mut self, engine: &Engine) {
-        let mut grippers = self.grippers.iter();
+        let mut grippers = self.by_arm.iter();
         // Without an object on a cup the copy of all objects is not worth its time.
         if grippers.any(|gripper| gripper.suction.attached().is_some()) {
             self.before.note(engine.rapier(), engine.objects());
@@ -119,7 +119,7 @@ impl Grippers {
             return;
         }
         self.contacts.read(engine.rapier(), arms.bodies());
-        for gripper in &self.grippers {
+        for gripper in &self.by_arm {
             self.contacts.attach(gripper.suction.attached());
         }
         engine.wake(|object, _| self.touches(object));
@@ -132,13 +132,13 @@ impl Grippers {
 
     /// Whether a cup holds an object.
     pub(crate) fn is_attached(&self, object: usize) -> bool {
-        let mut grippers = self.grippers.iter();
+        let mut grippers = self.by_arm.iter();
         grippers.any(|gripper| gripper.suction.attached() == Some(object))
     }
 
     /// The object that the gripper of an arm holds.
     pub(crate) fn held(&self, arm: usize) -> Option<usize> {
-        let attached = self.grippers.get(arm)?.suction.attached();
+        let attached = self.by_arm.get(arm)?.suction.attached();
         attached.or(self.contacts.grips.get(arm)?.held)
     }
 
@@ -147,7 +147,7 @@ impl Grippers {
         let mut out = GripperState::zeroed();
         let (body, measured) = (&arms.bodies()[arm], &arms.measured()[arm]);
         if let Some(suction) = &body.robot().suction {
-            self.grippers[arm].suction.write(suction, &mut out);
+            self.by_arm[arm].suction.write(suction, &mut out);
         }
         // A suction gripper has no width, and no fingers between which a beam could be.
         let Some(gripper) = &body.robot().gripper else {
@@ -169,11 +169,11 @@ impl Grippers {
 
     /// By arm: its part of a snapshot.
     pub(crate) fn save(&self) -> &[Gripper] {
-        &self.grippers
+        &self.by_arm
     }
 
     /// Continues from a snapshot, or starts again with the scene.
     pub(crate) fn restore(&mut self, saved: Vec<Gripper>) {
-        self.grippers = saved;
+        self.by_arm = saved;
     }
 }
