@@ -151,7 +151,7 @@ fn top_shows_the_equipment_the_suction_and_what_was_said_before() {
         "suction on",
         "holds bin_01",
         "belt ",
-        "bins: 1 came",
+        "bins: 1 arrived",
         "sensors ",
         "ATTACH -> ",
     ] {
