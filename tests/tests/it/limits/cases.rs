@@ -26,7 +26,8 @@ const SENSOR: &str = "\n[[sensor]]\nname = \"s#\"\nposition_m = [0.0, 0.0, 0.0]\
 pub(super) fn all() -> Vec<(&'static str, Case)> {
     let mut all = cells();
     all.extend(jobs());
-    all.extend(robots_and_runs());
+    all.extend(robots());
+    all.extend(runs());
     all.extend(trees());
     all.extend(tree_files());
     all.extend(machines());
@@ -211,7 +212,7 @@ fn chain(joints: usize, kind: &str, more: &str) -> String {
     text + "</robot>"
 }
 
-fn robots_and_runs() -> Vec<(&'static str, Case)> {
+fn robots() -> Vec<(&'static str, Case)> {
     vec![
         (
             "crates/core/cell-model/src/robots/urdf_check.rs::MAX_LINKS",
@@ -237,6 +238,11 @@ fn robots_and_runs() -> Vec<(&'static str, Case)> {
             let axis = "<axis xyz=\"0 0 1\"/><limit lower=\"-1\" upper=\"1\" effort=\"9\" velocity=\"1\"/>";
             urdf(dir, &chain(limit + 1, "revolute", axis))
         }),
+    ]
+}
+
+fn runs() -> Vec<(&'static str, Case)> {
+    vec![
         (
             "crates/core/cell-model/src/cells/script.rs::MAX_PARTS",
             |dir, limit| {
