@@ -132,7 +132,8 @@ impl Cycle {
         // Compute: joints and fingers one millisecond later.
         let setpoint = self.setpoint(stop, arm);
         let computed = self.controllers.forward(&drives, &setpoint);
-        // Limit: the command that physics can follow.
+        // Take the result, or the rest of the drives while physics holds the arm. It is within the
+        // limits of the joints already.
         self.limit(computed.as_ref(), arm, &drives);
         // Publish.
         self.count(state.header.tick);

@@ -172,7 +172,7 @@ wire! {
         pub clipped_cycles: u64,
         /// Cycles run.
         pub cycles: u64,
-        /// Cycles that found no new state within a period.
+        /// Ticks that were skipped between two cycles.
         pub missed_cycles: u64,
         /// [`PlanState`].
         pub plan_state: u32,

@@ -57,7 +57,7 @@ pub struct Plant {
     replies: Vec<ScriptReply>,
     /// Policy at the start of the run.
     policy: String,
-    /// Accepted requests, except drags, which a page sends with every frame.
+    /// Accepted requests, except drags, which a page repeats up to 30 times a second.
     requests: u64,
     /// Number of the last accepted request that a successor of this process has to repeat.
     accepted: u64,
@@ -194,7 +194,8 @@ impl Plant {
             },
         };
         let message = self.with_pause(action_of(request), code, message);
-        // A page sends one with every frame: counting them would save a state every 100 ticks.
+        // A page repeats a drag up to 30 times a second: counting it would save a state every 100
+        // ticks.
         let is_frequent = request.action == OperatorAction::Drag.code();
         let is_accepted = code == ReplyCode::Accepted && has_effect(request);
         self.requests += u64::from(is_accepted && !is_frequent);

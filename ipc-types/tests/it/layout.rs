@@ -1,13 +1,13 @@
 //! Layout of every message: a change here is a change of the
-//! contract and belongs into the changelog.
+//! contract and needs a file in `changes/`.
 
 use std::fmt::Write as _;
 
 use ipc_types::layout_of;
 use ipc_types::*;
 
-/// Programs in other languages read these layouts: a change is a line "Migration" in
-/// CHANGELOG.md.
+/// Programs in other languages read these layouts: a change needs a line "Migration:" in a
+/// file of `changes/`. `contract.txt` is edited by hand.
 #[test]
 fn names_types_and_offsets_are_the_published_ones() {
     let mut structs = Vec::new();

@@ -1,7 +1,7 @@
 //! Rate limit of the messages of one client.
 
 /// Messages a second, and in one burst.
-// Three times what a drag sends at 60 Hz.
+// Six times what a drag sends, and it sends at most 30 requests a second.
 const PER_SECOND: f64 = 200.0;
 
 /// Counts the messages of one client.

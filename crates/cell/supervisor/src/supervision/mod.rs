@@ -1,8 +1,8 @@
 //! The supervisor as a pure state machine: (time, event) in, actions out.
 //!
 //! Time is monotonic nanoseconds and always an argument, so that every order
-//! of events can be tried in a test. What an action does stands in
-//! `child.rs`.
+//! of events can be tried in a test. `run/live/actions.rs` executes the
+//! actions, `child.rs` starts and signals the processes.
 
 mod event;
 mod slot;
