@@ -28,9 +28,11 @@ pub const DEFAULT_CELL: &str = "cell";
 
 /// The file that marks a run directory: everything beside it may be deleted.
 const MARKER: &str = ".robocell";
-/// What is in it.
+/// Content of the marker.
+// An interface: a run directory of another build has the same text, and one with any other
+// text is refused.
 const MARKED: &str =
-    "A run directory of robocell; the next run of this cell deletes its content.\n";
+    "A run directory of robocell; the next run of this cell deletes what is in it.\n";
 /// What a run directory holds before it is marked, and keeps when it is emptied.
 pub(crate) const KEPT: [&str; 2] = [MARKER, "lock"];
 
@@ -329,6 +331,13 @@ mod tests {
             said.contains(".robocell") && said.contains("--cell"),
             "{said}"
         );
+        let of_another_build =
+            "A run directory of robocell; the next run of this cell deletes what is in it.\n";
+        let elsewhere = RunDir::at(base.join("elsewhere"));
+        drop(elsewhere.take("elsewhere").unwrap());
+        fs::write(elsewhere.path().join(MARKER), of_another_build).unwrap();
+        fs::write(elsewhere.path().join("run.json"), "x").unwrap();
+        drop(elsewhere.take("elsewhere").unwrap());
         fs::write(dir.path().join(MARKER), "something else").unwrap();
         dir.take("cell").unwrap_err();
         assert!(dir.path().join("thesis.tex").exists());
