@@ -84,7 +84,7 @@ impl RecordingWriter {
         };
         // All channels at once, before any message: the first chunk declares every name.
         for channel in Channel::all(preamble.arms) {
-            recording.declare(channel)?;
+            recording.declare(channel);
         }
         Ok(recording)
     }
@@ -205,28 +205,24 @@ impl RecordingWriter {
     }
 
     fn put(&mut self, message: &Message<'_>) -> Result<(), RecordError> {
-        let channel_id = match self.ids.get(&message.channel) {
-            Some(known) => *known,
-            None => self.declare(message.channel)?,
-        };
+        let known = self.ids.get(&message.channel).copied();
         let header = MessageHeader {
-            channel_id,
+            channel: known.unwrap_or_else(|| self.declare(message.channel)),
             // The format has 32 bits for it; all of it is in the message.
             sequence: message.seq as u32,
-            log_time: message.time_ns,
-            publish_time: message.publish_ns,
+            time_ns: message.time_ns,
+            publish_ns: message.publish_ns,
         };
         let added = self.container.add(&header, message.bytes);
         added.map_err(RecordError::write)
     }
 
-    fn declare(&mut self, channel: Channel) -> Result<u16, RecordError> {
+    fn declare(&mut self, channel: Channel) -> u16 {
         let schema = channel.schema();
         let schema = (schema.name, schema.encoding, &schema.data[..]);
         let encoding = channel.message_encoding();
         let id = self.container.declare(&channel.name(), encoding, schema);
-        let id = id.map_err(RecordError::write)?;
         self.ids.insert(channel, id);
-        Ok(id)
+        id
     }
 }

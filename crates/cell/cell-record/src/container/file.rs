@@ -1,86 +1,65 @@
-//! The container: MCAP, <https://mcap.dev/spec>, written by the library (ADR 0015).
-//!
-//! A process may be killed at any instant, and a disk may be full. The library writes a chunk
-//! and its indexes in parts; here they become one write, so that a file ends with a whole chunk
-//! nearly always, and nothing follows a write that failed.
+//! The file around the chunks.
 
-use std::collections::BTreeMap;
 use std::io::{self, Write};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 
-use mcap::write::NoSeek;
-use mcap::{Compression, McapError, WriteOptions, Writer};
+use mcap::records::op;
 
-pub(crate) use mcap::records::MessageHeader;
+use super::chunk::Chunk;
+use super::header::{MessageHeader, Schema};
+use super::record::{Fields, record};
+use super::summary::{self, Contents};
 
 /// Bytes of a chunk before compression: a reader that looks at one moment
 /// unpacks one or two of them.
 const CHUNK_BYTES: usize = 768 << 10;
 
-/// A schema: name, encoding, data.
-pub(crate) type Schema<'a> = (&'a str, &'a str, &'a str);
-
 /// A file that is being written. After a write that failed nothing more is
 /// written: the file ends there.
 pub(crate) struct Container {
-    writer: Writer<NoSeek<Parts>>,
-    written: Arc<AtomicU64>,
-    /// Bytes of messages in the open chunk.
-    open: usize,
+    out: Box<dyn Write + Send>,
+    written: u64,
+    is_broken: bool,
+    chunk: Chunk,
+    /// What is written next.
+    buffer: Vec<u8>,
+    contents: Contents,
 }
 
 impl Container {
-    /// Starts a file with `profile`, by `library`.
+    /// Begins a file with `profile`, by `library`.
     pub(crate) fn new(
         out: Box<dyn Write + Send>,
         profile: &str,
         library: &str,
     ) -> io::Result<Self> {
-        let written = Arc::new(AtomicU64::new(0));
-        let parts = Parts {
-            out,
-            bytes: Vec::new(),
-            is_broken: false,
-            written: Arc::clone(&written),
-        };
-        // Without seeking a chunk is compressed in memory: its header has its length.
-        let options = WriteOptions::new()
-            .profile(profile)
-            .library(library)
-            .compression(Some(Compression::Lz4))
-            .chunk_size(None)
-            .disable_seeking(true)
-            .calculate_data_section_crc(false);
         let mut container = Self {
-            writer: options.create(NoSeek::new(parts)).map_err(io_error)?,
-            written,
-            open: 0,
+            out,
+            written: 0,
+            is_broken: false,
+            chunk: Chunk::new(),
+            buffer: Vec::new(),
+            contents: Contents::default(),
         };
-        container.flush()?;
+        container.buffer.extend_from_slice(mcap::MAGIC);
+        record(&mut container.buffer, op::HEADER, |out| {
+            out.sized(profile.as_bytes());
+            out.sized(library.as_bytes());
+        });
+        container.write()?;
         Ok(container)
     }
 
     /// Bytes in the file.
     pub(crate) fn written(&self) -> u64 {
-        self.written.load(Ordering::Relaxed)
+        self.written
     }
 
     /// Declares a channel called `topic` that speaks `encoding`; its number. A
     /// schema of the same name is the same.
-    pub(crate) fn declare(
-        &mut self,
-        topic: &str,
-        encoding: &str,
-        (name, schema_encoding, data): Schema<'_>,
-    ) -> io::Result<u16> {
-        let schema = self
-            .writer
-            .add_schema(name, schema_encoding, data.as_bytes());
-        let schema = schema.map_err(io_error)?;
-        self.writer
-            .add_channel(schema, topic, encoding, &BTreeMap::new())
-            .map_err(io_error)
+    pub(crate) fn declare(&mut self, topic: &str, encoding: &str, schema: Schema<'_>) -> u16 {
+        let (channel, records) = self.contents.declare(topic, encoding, schema);
+        self.chunk.put(&records);
+        channel
     }
 
     /// Adds a message.
@@ -89,11 +68,9 @@ impl Container {
     ///
     /// When a full chunk cannot be written.
     pub(crate) fn add(&mut self, header: &MessageHeader, data: &[u8]) -> io::Result<()> {
-        self.writer
-            .write_to_known_channel(header, data)
-            .map_err(io_error)?;
-        self.open += size_of::<MessageHeader>() + data.len();
-        if self.open < CHUNK_BYTES {
+        self.chunk.message(header, data);
+        self.contents.count(header);
+        if self.chunk.len() < CHUNK_BYTES {
             return Ok(());
         }
         self.flush()
@@ -105,8 +82,12 @@ impl Container {
     ///
     /// When it cannot be written.
     pub(crate) fn flush(&mut self) -> io::Result<()> {
-        self.open = 0;
-        self.writer.flush().map_err(io_error)
+        if self.chunk.len() > 0 {
+            let summary = self.chunk.close(self.written, &mut self.buffer);
+            self.contents.chunks.push(summary);
+            self.write()?;
+        }
+        self.out.flush()
     }
 
     /// Ends the file; its size in bytes.
@@ -115,42 +96,25 @@ impl Container {
     ///
     /// When it cannot be written, or could not before.
     pub(crate) fn finish(&mut self) -> io::Result<u64> {
-        self.writer.finish().map_err(io_error)?;
-        Ok(self.written())
-    }
-}
-
-fn io_error(error: McapError) -> io::Error {
-    match error {
-        McapError::Io(error) => error,
-        other => io::Error::other(other),
-    }
-}
-
-/// Collects what the library writes until it flushes.
-struct Parts {
-    out: Box<dyn Write + Send>,
-    bytes: Vec<u8>,
-    is_broken: bool,
-    written: Arc<AtomicU64>,
-}
-
-impl Write for Parts {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.bytes.extend_from_slice(bytes);
-        Ok(bytes.len())
+        self.flush()?;
+        record(&mut self.buffer, op::DATA_END, |out| out.u32(0));
+        summary::write(&self.contents, self.written, &mut self.buffer);
+        self.buffer.extend_from_slice(mcap::MAGIC);
+        self.write()?;
+        self.out.flush()?;
+        Ok(self.written)
     }
 
-    fn flush(&mut self) -> io::Result<()> {
+    /// Writes what is in the buffer.
+    fn write(&mut self) -> io::Result<()> {
         if self.is_broken {
             return Err(io::Error::other("it failed before"));
         }
-        let done = self.out.write_all(&self.bytes);
+        let done = self.out.write_all(&self.buffer);
         self.is_broken = done.is_err();
-        self.written
-            .fetch_add(self.bytes.len() as u64, Ordering::Relaxed);
-        self.bytes.clear();
-        done.and_then(|()| self.out.flush())
+        self.written += self.buffer.len() as u64;
+        self.buffer.clear();
+        done
     }
 }
 
@@ -184,10 +148,10 @@ mod tests {
 
     fn say(container: &mut Container, channel: u16, number: u32) -> io::Result<()> {
         let header = MessageHeader {
-            channel_id: channel,
+            channel,
             sequence: number,
-            log_time: u64::from(number) * 10,
-            publish_time: u64::from(number) * 10 + 3,
+            time_ns: u64::from(number) * 10,
+            publish_ns: u64::from(number) * 10 + 3,
         };
         let noise = |i: u32| (number.wrapping_mul(0x9e37_79b9) >> (i % 24)) as u8;
         let data: Vec<u8> = (0..400).map(noise).collect();
@@ -200,8 +164,8 @@ mod tests {
         let out = Box::new(memory.clone());
         let mut container = Container::new(out, "p", "l").unwrap();
         let schema = ("S", "jsonschema", "{}");
-        let one = container.declare("one", "json", schema).unwrap();
-        let two = container.declare("two", "json", schema).unwrap();
+        let one = container.declare("one", "json", schema);
+        let two = container.declare("two", "json", schema);
         for number in 0..5000 {
             say(
                 &mut container,
@@ -249,9 +213,7 @@ mod tests {
         };
         let out = Box::new(memory.clone());
         let mut container = Container::new(out, "p", "l").unwrap();
-        let one = container
-            .declare("one", "json", ("S", "jsonschema", "{}"))
-            .unwrap();
+        let one = container.declare("one", "json", ("S", "jsonschema", "{}"));
         say(&mut container, one, 0).unwrap();
         container.flush().unwrap();
         let whole = memory.bytes.lock().unwrap().len();
