@@ -79,7 +79,7 @@ pub(crate) struct Server {
     listener: UnixListener,
     /// Who has not said all yet, the oldest first.
     clients: VecDeque<Client>,
-    /// Who waits for an answer that takes longer.
+    /// A client whose answer takes longer.
     waiting: Option<Client>,
 }
 
@@ -103,7 +103,7 @@ impl Server {
         })
     }
 
-    /// Answers those who have said what they want. Where there is no answer yet, the client
+    /// Answers the clients whose request is complete. If an answer takes longer, the client
     /// waits for [`Server::answer`].
     pub(crate) fn poll(&mut self, mut answer: impl FnMut(Request) -> Option<Reply>) {
         for _ in 0..MAX_CLIENTS {

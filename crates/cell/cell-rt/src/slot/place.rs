@@ -35,7 +35,7 @@ pub(super) enum Place {
 }
 
 impl Place {
-    /// What is there.
+    /// Looks for a slot file of `slots` slots at this place.
     pub(super) fn find(&self, slots: usize) -> io::Result<Found> {
         let file = match self {
             Self::File(path) => return Found::at(path, slots),

@@ -10,7 +10,7 @@ use super::success;
 use crate::row::Key;
 use crate::stats::{bootstrap, mcnemar, two_proportions};
 
-/// What is less likely than this by chance is a difference.
+/// A result less likely than this by chance counts as a difference (p value).
 const SIGNIFICANT: f64 = 0.05;
 
 /// What a comparison found.

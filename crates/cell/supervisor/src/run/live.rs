@@ -189,7 +189,7 @@ impl LiveCell {
         self.plan.secrets.as_ref()
     }
 
-    /// What is heard of the processes.
+    /// The newest messages and signs of life of the processes.
     pub fn watch(&self) -> &Watch {
         &self.watch
     }
