@@ -17,6 +17,7 @@ use ipc_types::operator::OperatorAction;
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::{Decision, Health, OperatorRequest, Wire, WorldState};
 
+use super::watch::News;
 use crate::failure::{Context, Failure};
 use crate::say;
 
@@ -31,32 +32,6 @@ const OPERATOR_PATIENCE: Duration = Duration::from_millis(100);
 const OPEN_LIMIT: Duration = Duration::from_secs(20);
 /// How long the services may take to be given back.
 const CLOSE_LIMIT: Duration = Duration::from_secs(2);
-
-/// What was heard since the launcher last looked.
-#[derive(Default)]
-pub(super) struct News {
-    pub(super) state: Option<Box<WorldState>>,
-    pub(super) decision: Option<Box<Decision>>,
-    /// The newest of each process that said something.
-    pub(super) healths: Vec<(Process, Box<Health>)>,
-    /// How long the bus was listened to (ns).
-    pub(super) listened_ns: u64,
-    /// The request that ended, and whether physics answered it.
-    pub(super) answer: Option<(OperatorAction, bool)>,
-}
-
-impl News {
-    fn add(&mut self, newer: Self) {
-        self.state = newer.state.or(self.state.take());
-        self.decision = newer.decision.or(self.decision.take());
-        for (process, health) in newer.healths {
-            self.healths.retain(|(other, _)| *other != process);
-            self.healths.push((process, health));
-        }
-        self.listened_ns += newer.listened_ns;
-        self.answer = newer.answer.or(self.answer);
-    }
-}
 
 /// The main thread's end.
 pub(super) struct BusThread {

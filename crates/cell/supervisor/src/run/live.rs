@@ -1,14 +1,11 @@
-//! A running cell: the launcher's loop around the supervisor.
+//! A running cell: the supervisor's loop, the control socket and the files of the run.
 
-mod actions;
-mod bus;
-mod ending;
+mod os;
 mod requests;
 mod result;
 
 use std::time::Duration;
 
-use cell_bus::RunSite;
 use cell_model::runs::message::Message;
 use cell_model::runs::python;
 use cell_model::runs::report;
@@ -22,28 +19,24 @@ use cell_rt::signal::{install_stop_handler, stop_count};
 use ipc_types::operator::OperatorAction;
 use ipc_types::topic::Process;
 
-use super::bus_thread::BusThread;
-use super::faults::Faults;
-use super::half_made::HalfMadeSweep;
-use super::incident::IncidentRecorder;
+use super::machine::Machine;
 use super::plan::Plan;
 use super::planning::Planning;
 use super::recording::RecordWatch;
-use super::room::Room;
-use super::standstill::Standstill;
-use super::starvation::{Running, Starvation};
+use super::supervisor_loop::{SupervisorLoop, Terms, Verdict};
 use super::watch::Watch;
-use crate::child::Children;
 use crate::control::{Reply, Server};
 use crate::failure::{Context, Failure};
 use crate::lock::Lock;
 use crate::process_log::LogBounds;
 use crate::programs::Programs;
 use crate::rundir::RunDir;
-use crate::supervision::{Event, Rules, Supervisor};
+use crate::supervision::Rules;
 use crate::{leftovers, say};
+use os::Os;
 
-/// How often the launcher looks.
+/// Time between two turns of the loop: a twentieth of the shortest silence that counts
+/// (100 ms), at a fraction of a percent of a core.
 const TURN: Duration = Duration::from_millis(5);
 
 /// How a run ended.
@@ -61,26 +54,14 @@ pub enum End {
 /// A cell that runs. Fields are dropped in this order: first the processes
 /// end, then the services go, then the lock.
 pub struct LiveCell {
-    children: Children,
-    bus: BusThread,
-    watch: Watch,
-    sweep: HalfMadeSweep,
-    starvation: Starvation,
+    cell: SupervisorLoop<Os>,
     recording: RecordWatch,
-    incidents: IncidentRecorder,
-    room: Room,
-    has_room: bool,
     /// Ends when it is dropped.
     _logs: LogBounds,
     control: Server,
-    supervisor: Supervisor,
-    faults: Faults,
     processes: Vec<Process>,
-    plan: Plan,
     planning: Planning,
     started_ns: u64,
-    start_event_given: bool,
-    standstill: Standstill,
     end: Option<End>,
     _lock: Lock,
 }
@@ -126,44 +107,17 @@ impl LiveCell {
         if let Some(secrets) = &plan.secrets {
             plan.dir.save_page(secrets)?;
         }
-        let site = RunSite {
-            root: plan.spec.root.clone(),
-            prefix: plan.spec.prefix.clone(),
-        };
-        let bus = BusThread::start(site.clone(), plan.spec.run, &processes)?;
-        let control = Server::open(&plan.dir.control())?;
-        let mut order = processes.clone();
-        // The monitor keeps the log, so it is there before the task's first line.
-        order.sort_by_key(|process| *process == Process::Task);
-        let rules = Rules {
-            watchdog: plan.watchdog,
-            lockstep: plan.spec.speed.is_lockstep(),
-            python_task: plan
-                .spec
-                .task_program
-                .as_deref()
-                .is_some_and(python::is_file),
-        };
+        let terms = terms(&plan, &processes);
+        let dir = plan.dir.clone();
+        let os = Os::new(plan, programs, processes.clone())?;
         Ok(Self {
-            children: Children::new(plan.dir.clone(), programs),
-            bus,
-            watch: Watch::new(&processes),
-            sweep: HalfMadeSweep::new(site),
-            starvation: Starvation::default(),
+            control: Server::open(&dir.control())?,
+            cell: SupervisorLoop::new(os, terms),
             recording: RecordWatch::default(),
-            incidents: IncidentRecorder::new(&plan.spec, &plan.dir, &processes),
-            room: Room::new(plan.dir.path(), plan.spec.arms),
-            has_room: true,
-            _logs: LogBounds::start(plan.dir.logs()),
-            control,
-            supervisor: Supervisor::new(&order, rules),
-            faults: Faults::new(&plan.spec.script, &processes),
+            _logs: LogBounds::start(dir.logs()),
             processes,
-            plan,
             planning: Planning::default(),
             started_ns: monotonic_ns(),
-            start_event_given: false,
-            standstill: Standstill::default(),
             end: None,
             _lock: lock,
         })
@@ -171,50 +125,49 @@ impl LiveCell {
 
     /// What the processes were told.
     pub fn spec(&self) -> &RunSpec {
-        &self.plan.spec
+        &self.plan().spec
     }
 
     /// Where it lives.
     pub fn run_dir(&self) -> &RunDir {
-        &self.plan.dir
+        &self.plan().dir
     }
 
     /// Which start of `process` is the newest.
     pub fn generation(&self, process: Process) -> u32 {
-        self.supervisor.generation(process)
+        self.cell.supervisor().generation(process)
     }
 
     /// What opens its page.
     pub fn secrets(&self) -> Option<&PageSecrets> {
-        self.plan.secrets.as_ref()
+        self.plan().secrets.as_ref()
     }
 
     /// The newest messages and signs of life of the processes.
     pub fn watch(&self) -> &Watch {
-        &self.watch
+        self.cell.watch()
     }
 
     /// The processes with their pids.
     pub fn pids(&self) -> Vec<(Process, Option<u32>)> {
-        self.processes
-            .iter()
-            .map(|p| (*p, self.children.pid(*p)))
-            .collect()
+        let machine = self.cell.machine();
+        let pid = |process: &Process| (*process, machine.pid(*process));
+        self.processes.iter().map(pid).collect()
     }
 
     /// Stops the cell from outside, as Ctrl-C would.
     pub fn stop(&mut self) {
-        self.finish_with(End::Stopped(None));
+        self.finish_with(monotonic_ns(), End::Stopped(None));
     }
 
     /// Asks physics, as an operator would.
     pub fn ask(&mut self, action: OperatorAction) {
-        self.bus.ask(action, 0);
+        self.cell.machine_mut().ask(action, 0);
     }
 
     /// Whether every process has shown itself.
     pub fn is_ready(&self) -> bool {
-        self.supervisor.is_ready()
+        self.cell.supervisor().is_ready()
     }
 
     /// Keeps the cell running to its end; `look` is called at every turn.
@@ -222,29 +175,55 @@ impl LiveCell {
         let mut swept = false;
         // Where it is refused, a busy machine delays restarts.
         set_fifo(LAUNCHER_PRIORITY).ok();
-        while !self.supervisor.is_down() {
-            self.turn();
+        while !self.cell.supervisor().is_down() {
+            self.turn(monotonic_ns());
             if !swept && self.is_ready() {
                 swept = true;
-                leftovers::sweep(&self.plan.dir, &self.plan.spec.prefix);
+                let plan = self.plan();
+                leftovers::sweep(&plan.dir, &plan.spec.prefix);
             }
             look(&mut self);
             std::thread::sleep(TURN);
         }
         set_other().ok();
+        self.leave()
+    }
+
+    /// One look at everything.
+    fn turn(&mut self, now: u64) {
+        self.cell.look(now);
+        self.take_verdict(now);
+        self.recording.turn(now, &self.cell.machine().plan.dir);
+        self.answer_clients(now);
+        self.take_plan(now);
+        match stop_count() {
+            0 => {}
+            1 => self.finish_with(now, End::Stopped(None)),
+            _ => self.cell.abort(now),
+        }
+        self.cell.act(now);
+        self.take_verdict(now);
+    }
+
+    /// Removes what the run leaves behind, once no process is left.
+    fn leave(self) -> End {
         let Self {
-            children,
-            bus,
-            mut sweep,
+            cell,
             mut recording,
-            incidents,
-            plan,
             planning,
             mut end,
             mut control,
             _lock,
             ..
         } = self;
+        let Os {
+            children,
+            bus,
+            mut sweep,
+            incidents,
+            plan,
+            ..
+        } = cell.into_machine();
         drop(children);
         incidents.end();
         sweep.turn(monotonic_ns(), true, 0);
@@ -265,69 +244,48 @@ impl LiveCell {
         end.unwrap_or(End::Stopped(None))
     }
 
-    /// One look at everything.
-    pub fn turn(&mut self) {
-        let now = monotonic_ns();
-        let ended = self.children.reap();
-        let silence_ns = self.supervisor.longest_silence();
-        self.sweep.turn(now, !ended.is_empty(), silence_ns);
-        self.look_for_room(now);
-        for (process, generation, exit) in ended {
-            self.tell(
-                now,
-                Event::Exited {
-                    process,
-                    generation,
-                    exit,
-                },
-            );
-        }
-        self.listen(now);
-        for event in self.starvation.poll(now, &self.running()) {
-            self.tell(now, event);
-        }
-        self.recording.turn(now, &self.plan.dir);
-        self.incidents.turn(now, &self.watch);
-        self.look_for_the_end();
-        self.act_on_script(now);
-        self.answer_clients(now);
-        self.take_plan();
-        match stop_count() {
-            0 => {}
-            1 => self.finish_with(End::Stopped(None)),
-            _ => self.tell(now, Event::Abort),
-        }
-        let mut actions = Vec::new();
-        self.supervisor.poll(now, &mut actions);
-        self.obey(now, actions);
+    fn plan(&self) -> &Plan {
+        &self.cell.machine().plan
     }
 
-    /// Without room a process could not start; the others hold what they hold.
-    fn look_for_room(&mut self, now: u64) {
-        let lack = self.room.lack();
-        if lack.is_none() == self.has_room {
-            return;
+    /// The end that the supervisor's loop found, with what was reached by then.
+    fn take_verdict(&mut self, now: u64) {
+        match self.cell.take_verdict() {
+            Some(Verdict::GaveUp(failure)) => self.finish_with(now, End::GaveUp(failure)),
+            Some(Verdict::Finished) => {
+                let summary = self.summary(now).map(Box::new);
+                let end = summary.map_or(End::Stopped(None), End::Finished);
+                self.finish_with(now, end);
+            }
+            None => {}
         }
-        self.has_room = lack.is_none();
-        match lack {
-            Some(lack) => say::warn(format_args!(
-                "{lack}: a process that ends is started again when there is room"
-            )),
-            None => say::warn("there is room again for a process to start"),
-        }
-        self.tell(now, Event::Room(self.has_room));
     }
 
-    /// The processes that exist.
-    fn running(&self) -> Vec<Running> {
-        let of = |process: &Process| {
-            Some(Running {
-                process: *process,
-                generation: self.supervisor.generation(*process),
-                pid: self.children.pid(*process)?,
-                silence_ns: self.supervisor.silence(*process),
-            })
-        };
-        self.processes.iter().filter_map(of).collect()
+    /// The first end counts; then everything stops in order.
+    fn finish_with(&mut self, now: u64, mut end: End) {
+        if self.end.is_none() {
+            if let End::Stopped(summary) = &mut end {
+                *summary = self.summary(now).map(Box::new);
+            }
+            self.end = Some(end);
+            self.planning.close();
+            self.cell.end(now);
+        }
+    }
+}
+
+/// What the supervision of `plan` depends on.
+fn terms(plan: &Plan, processes: &[Process]) -> Terms {
+    let task = plan.spec.task_program.as_deref();
+    Terms {
+        demo: plan.spec.demo.clone(),
+        processes: processes.to_vec(),
+        rules: Rules {
+            watchdog: plan.watchdog,
+            lockstep: plan.spec.speed.is_lockstep(),
+            python_task: task.is_some_and(python::is_file),
+        },
+        script: plan.spec.script.clone(),
+        gives_start: plan.spec.until_done || plan.loops,
     }
 }

@@ -5,6 +5,7 @@ mod faults;
 mod half_made;
 mod incident;
 mod live;
+pub mod machine;
 pub mod plan;
 mod planning;
 pub mod policy;
@@ -13,8 +14,9 @@ pub mod recording;
 pub mod room;
 mod standstill;
 mod starvation;
+pub mod supervisor_loop;
 mod watch;
 mod wish;
 
 pub use live::{End, LiveCell};
-pub use watch::Watch;
+pub use watch::{News, Watch};

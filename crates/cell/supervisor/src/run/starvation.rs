@@ -17,6 +17,7 @@
 use cell_rt::process::Share;
 use ipc_types::topic::Process;
 
+use super::machine::Threads;
 use crate::supervision::Event;
 
 /// A process that has been silent for this long is looked at in every turn (ns).
@@ -46,22 +47,10 @@ pub(super) struct Starvation {
     turned_ns: Option<u64>,
 }
 
-/// The threads of a process: the main thread, and the others where they were asked for.
-type Threads = (Share, Vec<(u32, Share)>);
-
 impl Starvation {
     /// Time each of `running` could not run since the last look, and which of them ends,
-    /// as events.
-    pub(super) fn poll(&mut self, now_ns: u64, running: &[Running]) -> Vec<Event> {
-        let threads = |pid: u32, all: bool| {
-            let others = if all { Share::of_others(pid) } else { vec![] };
-            Some((Share::of(pid)?, others))
-        };
-        self.look(now_ns, running, threads)
-    }
-
-    /// As [`Self::poll`]; `threads` says what the kernel says of a process.
-    fn look(
+    /// as events; `threads` says what the kernel says of a process.
+    pub(super) fn look(
         &mut self,
         now_ns: u64,
         running: &[Running],

@@ -1,14 +1,42 @@
 //! What the launcher heard of the processes.
 
 use ipc_types::health::Scheduling;
+use ipc_types::operator::OperatorAction;
 use ipc_types::topic::Process;
 use ipc_types::{Decision, Health, WorldState};
 
-use super::bus_thread::News;
 use crate::supervision::Event;
 
 /// Different faults that are told of one cell.
 const MOST_FAULTS: usize = 20;
+
+/// What was heard since the launcher last looked.
+#[derive(Default)]
+pub struct News {
+    /// The newest state of the world.
+    pub state: Option<Box<WorldState>>,
+    /// The newest decision.
+    pub decision: Option<Box<Decision>>,
+    /// The newest of each process that said something.
+    pub healths: Vec<(Process, Box<Health>)>,
+    /// How long the bus was listened to (ns).
+    pub listened_ns: u64,
+    /// The request that ended, and whether physics answered it.
+    pub answer: Option<(OperatorAction, bool)>,
+}
+
+impl News {
+    pub(super) fn add(&mut self, newer: Self) {
+        self.state = newer.state.or(self.state.take());
+        self.decision = newer.decision.or(self.decision.take());
+        for (process, health) in newer.healths {
+            self.healths.retain(|(other, _)| *other != process);
+            self.healths.push((process, health));
+        }
+        self.listened_ns += newer.listened_ns;
+        self.answer = newer.answer.or(self.answer);
+    }
+}
 
 /// Health of one process, over its restarts.
 struct Pulse {

@@ -91,8 +91,6 @@ pub enum Event {
     Room(bool),
     /// The launcher's own ports hear nothing any more.
     BusLost,
-    /// The run ends by itself: processes leave and are not started again.
-    Ending,
     /// Stop everything in order.
     Stop,
     /// Kill everything at once.

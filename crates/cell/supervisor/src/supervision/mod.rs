@@ -1,8 +1,8 @@
 //! The supervisor as a pure state machine: (time, event) in, actions out.
 //!
 //! Time is monotonic nanoseconds and always an argument, so that every order
-//! of events can be tried in a test. `run/live/actions.rs` executes the
-//! actions, `child.rs` starts and signals the processes.
+//! of events can be tried in a test. `run/supervisor_loop/actions.rs`
+//! executes the actions, `child.rs` starts and signals the processes.
 
 mod event;
 mod slot;
@@ -24,8 +24,6 @@ enum Phase {
     Keeping,
     /// Ending every process, to start again on a new bus.
     LeavingBus,
-    /// The run ended by itself: a process that leaves is not restarted.
-    Ending,
     /// Stopping in reverse order.
     Stopping,
 }
@@ -70,6 +68,11 @@ impl Supervisor {
     /// Whether the bus was replaced: it is not done twice.
     pub fn has_left_bus(&self) -> bool {
         self.left_bus
+    }
+
+    /// Whether processes are ended to start again on another bus.
+    pub fn is_leaving_bus(&self) -> bool {
+        self.phase == Phase::LeavingBus
     }
 
     /// Whether no process is left.
@@ -152,11 +155,6 @@ impl Supervisor {
                     self.leave_bus("the launcher hears nothing on it", out);
                 }
             }
-            Event::Ending => {
-                if self.phase == Phase::Keeping {
-                    self.phase = Phase::Ending;
-                }
-            }
             Event::Stop => self.phase = Phase::Stopping,
             Event::Abort => self.abort(out),
         }
@@ -167,7 +165,6 @@ impl Supervisor {
         match self.phase {
             Phase::Keeping => self.keep(now, out),
             Phase::LeavingBus => self.new_bus(out),
-            Phase::Ending => self.slots.iter_mut().for_each(Slot::forget_plans),
             Phase::Stopping => self.stop_next(now, out),
         }
     }
@@ -213,7 +210,7 @@ impl Supervisor {
             Phase::Keeping if !has_room => slot.ended_without_room(now, exit, out),
             Phase::Keeping => slot.exited(now, exit, out),
             Phase::LeavingBus => slot.state = Lifecycle::NotStarted,
-            Phase::Ending | Phase::Stopping => slot.state = Lifecycle::Down,
+            Phase::Stopping => slot.state = Lifecycle::Down,
         }
     }
 

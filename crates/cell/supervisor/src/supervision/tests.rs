@@ -611,18 +611,6 @@ fn an_old_generation_changes_nothing() {
 }
 
 #[test]
-fn who_leaves_at_the_end_of_the_run_stays_away() {
-    let mut bench = Bench::up(REAL_TIME);
-    bench.tell(Event::Ending);
-    for process in ALL {
-        bench.end(process, Exit::Code(0));
-    }
-    bench.run(100);
-    assert!(bench.log.is_empty());
-    assert!(bench.supervisor.is_down());
-}
-
-#[test]
 fn abort_kills_everything_at_once() {
     let mut bench = Bench::up(REAL_TIME);
     bench.tell(Event::Abort);

@@ -1,62 +1,73 @@
 //! The end of a run: by the task, by a standstill, on request or by a failure.
 
-use cell_rt::clock::monotonic_ns;
 use ipc_types::decision::Outcome;
 use ipc_types::operator::OperatorAction;
 use ipc_types::topic::Process;
 use ipc_types::world::{FLAG_ENDING, FLAG_LOCKSTEP, FLAG_PAUSED};
 
-use super::{End, LiveCell};
+use super::SupervisorLoop;
 use crate::failure::Failure;
+use crate::run::machine::Machine;
 use crate::supervision::Event;
 
-impl LiveCell {
-    /// The first end counts; then everything stops in order.
-    pub(super) fn finish_with(&mut self, mut end: End) {
-        if self.end.is_none() {
-            if let End::Stopped(summary) = &mut end {
-                *summary = self.summary().map(Box::new);
-            }
-            self.end = Some(end);
-            self.planning.close();
-            self.supervisor
-                .handle(monotonic_ns(), Event::Stop, &mut Vec::new());
+/// How a run ended without a request.
+#[derive(Clone, Debug)]
+pub enum Verdict {
+    /// With the task, or at its time limit.
+    Finished,
+    /// Because a process could not be kept running, or refused the cell.
+    GaveUp(Failure),
+}
+
+impl<M: Machine> SupervisorLoop<M> {
+    /// Stops every process in order. The run has ended on request.
+    pub fn end(&mut self, now: u64) {
+        self.is_ending = true;
+        self.supervisor.handle(now, Event::Stop, &mut Vec::new());
+    }
+
+    /// How the run ended without a request, once.
+    pub fn take_verdict(&mut self) -> Option<Verdict> {
+        self.verdict.take()
+    }
+
+    /// The first end counts; then every process is stopped in order.
+    pub(super) fn conclude(&mut self, now: u64, verdict: Verdict) {
+        if !self.is_ending {
+            self.verdict = Some(verdict);
+            self.end(now);
         }
     }
 
-    pub(super) fn look_for_the_end(&mut self) {
-        if self.end.is_some() {
+    pub(super) fn look_for_the_end(&mut self, now: u64) {
+        if self.is_ending {
             return;
         }
-        self.look_for_a_standstill();
+        self.look_for_a_standstill(now);
         let Some(state) = self.watch.state() else {
             return;
         };
-        let gives_start = self.plan.spec.until_done || self.plan.loops;
         if state.has(FLAG_ENDING) {
-            if let Some(summary) = self.summary() {
-                self.finish_with(End::Finished(Box::new(summary)));
-            }
-        } else if gives_start && !self.start_event_given && self.supervisor.is_ready() {
+            self.conclude(now, Verdict::Finished);
+        } else if self.terms.gives_start && !self.start_event_given && self.supervisor.is_ready() {
             self.give_start_event();
         }
     }
 
     /// In lockstep all processes wait for each other: one that lives but never
     /// answers is named, and the run fails.
-    fn look_for_a_standstill(&mut self) {
+    fn look_for_a_standstill(&mut self, now: u64) {
         let Some(state) = self.watch.state() else {
             return;
         };
         self.supervisor.set_lockstep(state.has(FLAG_LOCKSTEP));
         let excused = state.has(FLAG_PAUSED) || state.has(FLAG_ENDING) || state.script_line > 0;
         let waits = state.has(FLAG_LOCKSTEP) && !excused && self.supervisor.is_ready();
-        let (tick, now_ns) = (state.header.tick, monotonic_ns());
-        if self.standstill.lasts(tick, waits, now_ns) {
+        if self.standstill.lasts(state.header.tick, waits, now) {
             let health = self.watch.health(Process::Physics);
             let note = health.map_or("", |health| health.note.as_str());
             let message = format!("the cell makes no progress: {note}; `robocell logs` says more");
-            self.finish_with(End::GaveUp(Failure::gave_up(message)));
+            self.conclude(now, Verdict::GaveUp(Failure::gave_up(message)));
         }
     }
 
@@ -66,7 +77,7 @@ impl LiveCell {
             return;
         };
         if decision.outcome == Outcome::Idle.code() {
-            self.bus.ask(OperatorAction::TaskStart, 0);
+            self.machine.ask(OperatorAction::TaskStart, 0);
         } else {
             self.start_event_given = true;
         }
