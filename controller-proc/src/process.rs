@@ -83,6 +83,25 @@ pub fn run(start: &Start, controllers: &Controllers) -> Result<(), ProcessError>
     Ok(())
 }
 
+/// The loop of a modelled controller, whose planner answers at once.
+///
+/// # Errors
+///
+/// As [`run`].
+pub fn model<C: Clock>(
+    start: &Start,
+    bus: &Bus,
+    controllers: &Controllers,
+    clock: C,
+) -> Result<impl Turn + use<C>, ProcessError> {
+    let cycle = Cycle::with(&start.cell, usize::from(start.arm), controllers)?;
+    let planner = Planner::new(&start.cell, usize::from(start.arm))?;
+    let planner = PlanWorker::model(planner, &cycle);
+    let fifo = start.real_time(CONTROLLER_PRIORITY, 0);
+    let process = ControllerProcess::new(start, bus, (cycle, planner), fifo, clock)?;
+    Ok(process)
+}
+
 struct ControllerProcess<C> {
     cycle: Cycle,
     planner: PlanWorker,
@@ -218,7 +237,7 @@ impl<C: Clock> ControllerProcess<C> {
             awaits: Await::State(Polling::default()),
             answered: None,
             lockstep: false,
-            class: LoopClass::new(CONTROLLER_PRIORITY, fifo),
+            class: LoopClass::new(start, CONTROLLER_PRIORITY, fifo),
             expected_ns: 0,
             woke_ns: 0,
         };

@@ -17,7 +17,7 @@ pub mod operator;
 pub mod plant;
 pub mod process;
 mod recorder_pace;
-mod resume;
+pub mod resume;
 mod script_report;
 mod state;
 pub mod world;

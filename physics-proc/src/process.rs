@@ -35,8 +35,10 @@ use crate::state::tap::StateTap;
 use crate::world::StepInput;
 
 mod lockstep;
+mod model;
 
 use lockstep::{Answers, paced_period_ns};
+pub use model::model;
 
 /// Publication times kept for the age of applied commands.
 // Older commands than this are not measured: they are past the age at which the arm brakes.
@@ -83,10 +85,6 @@ pub fn run(start: &Start) -> Result<(), ProcessError> {
     let resume = Resume::open(run_dir, run, was_one, &mut plant);
     let report = ScriptReport::new(run_dir);
     let fifo = start.real_time(PHYSICS_PRIORITY, 0);
-    // Without real-time scheduling the task is late more often; the belt must not stop for it.
-    if !fifo {
-        plant.set_decision_limit(DECISION_AGE_OTHER_TICKS);
-    }
     let bus = start.join(Process::Physics)?;
     let mut bell = bus.sleeper(Process::Physics)?;
     let mut process = PhysicsProcess::new(start, &bus, (plant, resume, report), fifo, Monotonic)?;
@@ -171,10 +169,15 @@ impl<C: Clock, S: Store> PhysicsProcess<C, S> {
     fn new(
         start: &Start,
         bus: &Bus,
-        (plant, resume, report): (Plant, Resume<S>, ScriptReport),
+        (mut plant, resume, report): (Plant, Resume<S>, ScriptReport),
         fifo: bool,
         clock: C,
     ) -> Result<Self, BusError> {
+        // Without real-time scheduling the task is late more often; the belt must not stop for
+        // it.
+        if !fifo {
+            plant.set_decision_limit(DECISION_AGE_OTHER_TICKS);
+        }
         let spec = &start.spec;
         let commands = (0..spec.arms).map(|arm| bus.latest(TopicId::ArmCommand(arm)));
         let bells = (0..spec.arms).map(|arm| bus.doorbell(Process::Controller(arm)));
@@ -198,7 +201,7 @@ impl<C: Clock, S: Store> PhysicsProcess<C, S> {
             controller_bells: bells.collect::<Result<_, _>>()?,
             task_bell: bus.doorbell(Process::Task)?,
             monitor_bell: bus.doorbell(Process::Monitor)?,
-            class: LoopClass::new(PHYSICS_PRIORITY, fifo),
+            class: LoopClass::new(start, PHYSICS_PRIORITY, fifo),
             fifo,
             grid: Grid::new(TICK_NS, clock.now_ns(), fifo),
             clock,

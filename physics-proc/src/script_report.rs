@@ -43,6 +43,15 @@ impl ScriptReport {
         }
     }
 
+    /// That of a model, which keeps no replies.
+    pub(crate) fn none() -> Self {
+        Self {
+            replies: None,
+            writer: None,
+            sent: 0,
+        }
+    }
+
     /// Hands new replies to the thread. A full channel is tried again at the next call.
     pub(crate) fn send_new(&mut self, plant: &Plant) {
         let replies = plant.script_replies();

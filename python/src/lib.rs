@@ -1,6 +1,15 @@
 //! The extension module `robocell._core`: tasks in Python on the bus of a cell or in
 //! this process. What its classes are for is said in the Python package.
 
+#![allow(
+    clippy::needless_pass_by_value,
+    reason = "Python passes its arguments by value"
+)]
+#![allow(
+    clippy::redundant_closure_for_method_calls,
+    reason = "the path of a method of `World` has one lifetime only"
+)]
+
 mod about;
 mod arm;
 mod command;

@@ -64,11 +64,11 @@ pub(crate) fn task_main(
 
 /// Ends the task process with one line in its log: the arm holds, and the launcher
 /// starts the task again.
-#[allow(
+#[expect(
     clippy::exit,
+    clippy::disallowed_methods,
     reason = "a policy in the middle of a decision cannot return to main"
 )]
-#[allow(clippy::needless_pass_by_value, reason = "as OnFault has it")]
 fn end_process(_error: PyErr, problem: &str) {
     cell_worker::warn(problem);
     std::process::exit(EXIT_RAISED);

@@ -41,11 +41,11 @@ struct Read {
 /// For what is no recording.
 #[pyfunction]
 #[pyo3(signature = (path, every=10))]
-pub(crate) fn read_recording<'py>(
-    py: Python<'py>,
+pub(crate) fn read_recording(
+    py: Python<'_>,
     path: PathBuf,
     every: u64,
-) -> PyResult<(String, Bound<'py, PyDict>)> {
+) -> PyResult<(String, Bound<'_, PyDict>)> {
     if every == 0 {
         return Err(PyValueError::new_err("every is 0; 1 and more are allowed"));
     }
@@ -162,7 +162,9 @@ impl Read {
         self.ticks.push(tick);
         self.published_ns.push(piece.state.publish_ns);
         let arms: &[ArmState] = piece.arms.get(..self.arm_count).unwrap_or_default();
-        arms.iter().for_each(|arm| self.arms.extend(arm.as_bytes()));
+        for arm in arms {
+            self.arms.extend(arm.as_bytes());
+        }
         let known = self.known.iter();
         known.for_each(|object| self.objects.extend(object.as_bytes()));
     }

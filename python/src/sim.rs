@@ -386,7 +386,6 @@ fn from_outside(shared: &Shared, spec: &mut RunSpec) -> Policies {
     })
 }
 
-#[allow(clippy::needless_pass_by_value, reason = "for map_err")]
 fn refused(problem: impl std::error::Error) -> PyErr {
     PyValueError::new_err(problem.to_string())
 }

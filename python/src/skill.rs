@@ -169,7 +169,6 @@ impl Skill {
     }
 }
 
-#[allow(clippy::needless_pass_by_value, reason = "for map_err")]
 fn unreadable(error: bincode::Error) -> PyErr {
     PyValueError::new_err(format!("a skill cannot be restored: {error}"))
 }

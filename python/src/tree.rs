@@ -120,14 +120,14 @@ impl PyLeaf {
     }
 }
 
-fn to_python<'py>(py: Python<'py>, value: Value) -> PyResult<Bound<'py, PyAny>> {
+fn to_python(py: Python<'_>, value: Value) -> PyResult<Bound<'_, PyAny>> {
     Ok(match value {
         Value::Bool(value) => value.into_pyobject(py)?.to_owned().into_any(),
         Value::Integer(value) => value.into_pyobject(py)?.into_any(),
         Value::Number(value) => value.into_pyobject(py)?.into_any(),
         Value::Text(value) => value.as_str().into_pyobject(py)?.into_any(),
         Value::Numbers(value) => value.as_slice().into_pyobject(py)?.into_any(),
-        other => other.to_string().into_pyobject(py)?.into_any(),
+        set @ Value::Set(_) => set.to_string().into_pyobject(py)?.into_any(),
     })
 }
 

@@ -15,6 +15,10 @@ use crate::decision::Decision;
 
 /// How a step of a skill ended.
 #[pyclass(eq, eq_int, hash, frozen, from_py_object, module = "robocell._core")]
+#[allow(
+    clippy::unsafe_derive_deserialize,
+    reason = "its unsafe methods are those of pyo3, which need nothing of the value"
+)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[allow(clippy::upper_case_acronyms, reason = "a constant in Python")]
 pub(crate) enum Status {

@@ -21,6 +21,22 @@ struct Job {
     is_answered: bool,
 }
 
+impl Job {
+    /// An idle one, with room for the requests of `cycle`.
+    fn none(cycle: &Cycle) -> Box<Self> {
+        Box::new(Self {
+            request: cycle.empty_plan_request(),
+            answer: None,
+            is_answered: false,
+        })
+    }
+
+    fn be_answered(&mut self, planner: &mut Planner) {
+        self.answer = Some(planner.answer(&self.request));
+        self.is_answered = true;
+    }
+}
+
 /// The planner of one arm.
 pub struct PlanWorker {
     to_planner: Option<SyncSender<Box<Job>>>,
@@ -28,6 +44,8 @@ pub struct PlanWorker {
     thread: Option<JoinHandle<()>>,
     /// `None` while the planner has it.
     job: Option<Box<Job>>,
+    /// In a model: answers without a thread.
+    here: Option<Planner>,
 }
 
 impl PlanWorker {
@@ -45,12 +63,20 @@ impl PlanWorker {
             to_planner: Some(to_planner),
             from_planner,
             thread: Some(thread),
-            job: Some(Box::new(Job {
-                request: cycle.empty_plan_request(),
-                answer: None,
-                is_answered: false,
-            })),
+            job: Some(Job::none(cycle)),
+            here: None,
         })
+    }
+
+    /// The planner of a modelled process: a request is answered when it is handed over.
+    pub fn model(planner: Planner, cycle: &Cycle) -> Self {
+        Self {
+            to_planner: None,
+            from_planner: sync_channel(1).1,
+            thread: None,
+            job: Some(Job::none(cycle)),
+            here: Some(planner),
+        }
     }
 
     /// Delivers the answer that is due at `tick` to `cycle`. False while it is due and missing:
@@ -87,6 +113,11 @@ impl PlanWorker {
         };
         cycle.copy_plan_request(&mut job.request);
         job.is_answered = false;
+        if let Some(planner) = &mut self.here {
+            job.be_answered(planner);
+            self.job = Some(job);
+            return;
+        }
         // The channel has room: there is one job.
         let sent = self
             .to_planner
@@ -103,8 +134,7 @@ fn work(mut planner: Planner, requests: &Receiver<Box<Job>>, answers: &SyncSende
     loop {
         match requests.try_recv() {
             Ok(mut job) => {
-                job.answer = Some(planner.answer(&job.request));
-                job.is_answered = true;
+                job.be_answered(&mut planner);
                 // The channel has room: there is one job.
                 let _sent = answers.try_send(job).is_ok();
             }

@@ -25,13 +25,13 @@ mod writer;
 use std::io;
 use std::path::Path;
 
-use cell_rt::RecordFile;
+use cell_rt::{MemoryFile, RecordFile, SlotFile};
 use ipc_types::{OperatorReply, OperatorRequest};
 
 use crate::plant::{Plant, has_effect};
 use due::{Due, MAX_LOST_TICKS};
-use requests::Requests;
-pub(crate) use store::Store;
+use requests::{RECORD_BYTES, REQUESTS, Requests};
+pub use store::Store;
 use writer::Writer;
 
 /// Name of the file in the run directory.
@@ -71,6 +71,19 @@ impl Resume {
 }
 
 impl<S: Store> Resume<S> {
+    /// As [`Resume::open`], of a modelled physics.
+    pub(crate) fn model(
+        store: S,
+        requests: &MemoryFile,
+        run: u64,
+        was_one: bool,
+        plant: &mut Plant,
+    ) -> Self {
+        let file = SlotFile::in_memory(requests, RECORD_BYTES, REQUESTS);
+        let requests = file.map(|file| Requests::of(file, run));
+        Self::with(store, requests, run, was_one, plant)
+    }
+
     /// As [`Resume::open`], with the states in `store`.
     fn with(
         store: S,

@@ -3,7 +3,7 @@
 use std::io;
 
 /// Keeps the newest two states, and writes one at a time.
-pub(crate) trait Store {
+pub trait Store {
     /// The newest state; `None` if there is none.
     ///
     /// # Errors

@@ -110,7 +110,14 @@ fn closure(package: &str) -> BTreeSet<String> {
 #[test]
 fn only_what_joins_the_cores_knows_a_process() {
     for (name, dependencies) in dependencies() {
-        if name != "robocell-cell-sim" && name != "robocell-benches" {
+        // The Python package runs cells in its own process, the drill in virtual time.
+        let joins = [
+            "robocell-cell-sim",
+            "robocell-benches",
+            "robocell-drill",
+            "robocell-python",
+        ];
+        if !joins.contains(&name.as_str()) {
             let known: Vec<_> = PROCESSES
                 .iter()
                 .filter(|p| dependencies.contains(**p))
@@ -153,8 +160,14 @@ fn only_physics_knows_the_engine() {
         let known = ENGINES.iter().any(|engine| dependencies.contains(*engine));
         // Programs of its own, which no process is built from.
         let fits_spheres = name == "robocell-cell-assets";
+        // Its pictures need parry.
+        let draws = name == "robocell-python";
         assert!(
-            !known || fits_spheres || name == "robocell-physics" || name == "robocell-tests",
+            !known
+                || fits_spheres
+                || draws
+                || name == "robocell-physics"
+                || name == "robocell-tests",
             "{name}"
         );
     }
@@ -162,7 +175,11 @@ fn only_physics_knows_the_engine() {
 
 #[test]
 fn the_built_in_cells_are_known_to_programs_only() {
-    let programs = ["robocell-launch", "robocell-task-program"];
+    let programs = [
+        "robocell-launch",
+        "robocell-task-program",
+        "robocell-python",
+    ];
     for (name, dependencies) in dependencies() {
         let known = dependencies.contains("robocell-cell-files");
         assert!(!known || programs.contains(&name.as_str()), "{name}");

@@ -11,6 +11,7 @@
 pub mod alloc;
 pub mod black_box;
 pub mod clock;
+mod effects;
 pub mod histogram;
 pub mod hole;
 pub mod limits;
@@ -31,6 +32,7 @@ pub mod user_dir;
 
 pub use black_box::{BlackBox, BoxedCycle};
 pub use clock::{Clock, Monotonic, monotonic_ns, sleep_until};
+pub use effects::Effects;
 pub use histogram::Histogram;
 pub use lock::Lock;
 pub use periodic::{Grid, Wake};

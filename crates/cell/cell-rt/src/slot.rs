@@ -152,24 +152,15 @@ impl SlotFile {
         Ok(())
     }
 
-    /// As [`Self::write`] by a process that is killed after `count` stores. Nothing else may be
-    /// done with this file afterwards: its successor opens it.
-    ///
-    /// # Errors
-    /// As [`Self::write`].
-    pub fn write_part(&mut self, seq: u64, record: &[u8], count: usize) -> io::Result<()> {
-        if record.len() > self.capacity {
-            self.grow(record.len())?;
-        }
-        self.store(self.next, stores(seq, record).take(count));
-        Ok(())
-    }
-
     fn store(&self, slot: usize, stores: impl Iterator<Item = (usize, u64)>) {
         let slot = self.slot(slot % self.slots);
         // Each store after all before it: a reader that sees new content sees the mark, one
         // that sees the checksum all content.
-        stores.for_each(|(word, value)| slot[word].store(value, Ordering::Release));
+        let store = |(word, value): (usize, u64)| slot[word].store(value, Ordering::Release);
+        match self.place.effects() {
+            None => stores.for_each(store),
+            Some(effects) => stores.take_while(|_| effects.happens()).for_each(store),
+        }
     }
 
     /// Moves the whole records to slots for `needed` bytes in a file of their own, which

@@ -17,4 +17,4 @@ pub use keyframes::Keyframes;
 pub use loop_class::LoopClass;
 pub use start::{RunError, SetupError, Start, main, main_of};
 pub use turn::{Turn, Wait, Woken, run};
-pub use warn::warn;
+pub use warn::{keep_lines, warn};

@@ -2,6 +2,8 @@
 
 use cell_rt::priority;
 
+use crate::Start;
+
 /// A loop has `SCHED_FIFO`, where that was granted, in real time only: in lockstep it
 /// would take a core from all others.
 #[derive(Debug)]
@@ -14,10 +16,11 @@ pub struct LoopClass {
 // Starts as real time, which is the class that the thread was given at its start.
 impl LoopClass {
     /// Of the calling thread, which has `SCHED_FIFO` at `priority` if `fifo`.
-    pub fn new(priority: i32, fifo: bool) -> Self {
+    pub fn new(start: &Start, priority: i32, fifo: bool) -> Self {
         Self {
             priority,
-            fifo,
+            // The thread of a model runs all processes.
+            fifo: fifo && !start.is_modelled(),
             lockstep: false,
         }
     }

@@ -105,6 +105,9 @@ impl Start {
         if !self.spec.real_time || self.spec.speed.is_lockstep() {
             return false;
         }
+        if self.is_modelled() {
+            return true;
+        }
         // On a single core pinning gains nothing and keeps the kernel from balancing.
         let core = (priority::core_count() > 1).then_some(core % priority::core_count());
         let granted = priority::request(fifo_priority, core);
@@ -119,6 +122,9 @@ impl Start {
     pub fn real_time_priority(&self, fifo_priority: i32) -> bool {
         if !self.spec.real_time || self.spec.speed.is_lockstep() {
             return false;
+        }
+        if self.is_modelled() {
+            return true;
         }
         let granted = priority::set_fifo(fifo_priority);
         if let Err(error) = &granted {

@@ -43,21 +43,19 @@ impl MessageFile {
         }
     }
 
+    /// To be called at the end of the process: writes a change that waited for its turn.
+    pub(crate) fn end(&mut self) {
+        if !self.is_written {
+            self.write();
+        }
+    }
+
     fn write(&mut self) {
         (self.is_written, self.wait) = (true, PERIOD);
         if let Err(error) = self.message.save(&self.dir) {
             cell_worker::warn(format_args!(
                 "why the task failed is not in the summary: {error}"
             ));
-        }
-    }
-}
-
-impl Drop for MessageFile {
-    fn drop(&mut self) {
-        // A change that waited for its turn is written at the end.
-        if !self.is_written {
-            self.write();
         }
     }
 }

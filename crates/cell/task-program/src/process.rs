@@ -32,7 +32,7 @@ use robocell_task::starts::{Begun, Decider};
 use robocell_task::{Policies, Task, TaskError, TraceLineText};
 
 use crate::message_file::MessageFile;
-use crate::slots::{Slots, SlotsError};
+use crate::slots::{ModelFiles, Slots, SlotsError};
 
 /// Why a task cannot run.
 #[derive(Debug, thiserror::Error)]
@@ -76,7 +76,25 @@ pub fn run(start: &Start, policies: &Policies) -> Result<(), ProcessError> {
     // Pages are mapped before the loop: a page fault would delay a decision.
     start.populate();
     cell_worker::run(&mut process, &mut bell);
+    process.message_file.end();
     Ok(())
+}
+
+/// The loop of a modelled task, whose checkpoints are in `files`.
+///
+/// # Errors
+///
+/// When the policy is unknown, or the bus has no such topics.
+pub fn model<C: Clock>(
+    start: &Start,
+    bus: &Bus,
+    policies: &Policies,
+    files: &ModelFiles,
+    clock: C,
+) -> Result<impl Turn + use<C>, ProcessError> {
+    let task = policies.task(&start.cell, &start.spec.policy)?;
+    let slots = Slots::model(files, start.spec.run)?;
+    Ok(TaskProcess::new(bus, task, slots, start, clock)?)
 }
 
 struct TaskProcess<C> {
@@ -160,7 +178,7 @@ impl<C: Clock> TaskProcess<C> {
             keyframes: Keyframes::new(bus.publisher(TopicId::Keyframe(Process::Task))?),
             lines: Vec::with_capacity(ROOM_FOR_LINES),
             bells,
-            class: LoopClass::new(TASK_PRIORITY, fifo),
+            class: LoopClass::new(start, TASK_PRIORITY, fifo),
             health: HealthReporter::new(start, bus, Process::Task, fifo, clock.now_ns())?,
             clock,
             awaits: Await::State,

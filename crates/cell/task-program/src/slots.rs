@@ -20,9 +20,10 @@
 
 mod history;
 
+use std::io;
 use std::path::{Path, PathBuf};
 
-use cell_rt::SlotFile;
+use cell_rt::{MemoryFile, SlotFile};
 use ipc_types::{Decision, Wire};
 use serde::{Deserialize, Serialize};
 
@@ -77,6 +78,15 @@ pub struct Slots {
     damage: String,
 }
 
+/// The files of a modelled task.
+#[derive(Clone, Debug, Default)]
+pub struct ModelFiles {
+    /// In place of `task.slots`.
+    pub newest: MemoryFile,
+    /// In place of `task.history`.
+    pub history: MemoryFile,
+}
+
 #[derive(Serialize, Deserialize)]
 struct Head {
     run: u64,
@@ -93,13 +103,40 @@ impl Slots {
     ///
     /// When they cannot be mapped.
     pub fn open(run_dir: &Path, run: u64) -> Result<Self, SlotsError> {
+        Self::of(run, |name, capacity, slots| {
+            let path = run_dir.join(name);
+            let file = SlotFile::with_slots(&path, capacity, slots);
+            (path, file)
+        })
+    }
+
+    /// As [`Slots::open`], of a modelled task.
+    ///
+    /// # Errors
+    ///
+    /// None that a model has.
+    pub fn model(files: &ModelFiles, run: u64) -> Result<Self, SlotsError> {
+        Self::of(run, |name, capacity, slots| {
+            let file = if name == FILE {
+                &files.newest
+            } else {
+                &files.history
+            };
+            (name.into(), SlotFile::in_memory(file, capacity, slots))
+        })
+    }
+
+    /// `open` opens the file of a name, with room for a number of records of a length.
+    fn of(
+        run: u64,
+        open: impl Fn(&str, usize, usize) -> (PathBuf, io::Result<SlotFile>),
+    ) -> Result<Self, SlotsError> {
         let capacity = HEAD_BYTES + size_of::<Decision>() + FIRST_ROOM;
         let mut damage = String::new();
         let mut open = |name: &str, slots: usize| {
-            let path = run_dir.join(name);
             // A damaged file is reported and created again: a task without a checkpoint can
             // run, one without a file could not resume from anything.
-            let file = SlotFile::with_slots(&path, capacity, slots);
+            let (path, file) = open(name, capacity, slots);
             if file.as_ref().is_ok_and(SlotFile::was_damaged) {
                 let path = path.display();
                 damage = format!("checkpoints in {path}, which is damaged");

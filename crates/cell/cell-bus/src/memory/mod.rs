@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::time::Duration;
 
-use cell_rt::Clock;
+use cell_rt::{Clock, Effects};
 use ipc_types::header::Message;
 
 use crate::bell::{Ring, Sleep};
@@ -36,6 +36,7 @@ struct Inner {
     bells: RefCell<BTreeMap<String, Rc<Bell>>>,
     requests: Rc<Exchange>,
     now_ns: Rc<Cell<u64>>,
+    effects: Effects,
 }
 
 #[derive(Debug)]
@@ -61,6 +62,7 @@ impl MemorySite {
             bells: RefCell::default(),
             requests: Rc::default(),
             now_ns: Rc::default(),
+            effects: Effects::default(),
         }))
     }
 
@@ -69,8 +71,13 @@ impl MemorySite {
         self.0.now_ns.set(now_ns);
     }
 
+    /// What its processes may still do.
+    pub fn effects(&self) -> &Effects {
+        &self.0.effects
+    }
+
     pub(crate) fn outlet<T: Message>(&self, name: &str) -> Result<Outlet<T>, BusError> {
-        Ok(Outlet::new(self.topic(name)?, self.0.now_ns.clone()))
+        Ok(Outlet::new(self.topic(name)?, self))
     }
 
     pub(crate) fn inlet<T: Message>(&self, name: &str) -> Result<Inlet<T>, BusError> {
@@ -104,7 +111,13 @@ impl MemorySite {
 
     fn bell(&self, name: &str) -> Rc<Bell> {
         let mut bells = self.0.bells.borrow_mut();
-        bells.entry(name.to_owned()).or_default().clone()
+        let new = || {
+            Rc::new(Bell {
+                rang: Cell::default(),
+                effects: self.0.effects.clone(),
+            })
+        };
+        bells.entry(name.to_owned()).or_insert_with(new).clone()
     }
 
     pub(crate) fn ask(&self) -> Box<dyn Ask> {
@@ -115,10 +128,7 @@ impl MemorySite {
     }
 
     pub(crate) fn serve(&self) -> Box<dyn Serve> {
-        Box::new(operator::Server::new(
-            &self.0.requests,
-            self.0.now_ns.clone(),
-        ))
+        Box::new(operator::Server::new(&self.0.requests, self))
     }
 }
 
@@ -128,23 +138,28 @@ impl Clock for MemorySite {
     }
 }
 
-/// Whether it rang since the last look.
-#[derive(Debug, Default)]
-struct Bell(Cell<bool>);
+#[derive(Debug)]
+struct Bell {
+    /// Since the last look.
+    rang: Cell<bool>,
+    effects: Effects,
+}
 
 impl Ring for Rc<Bell> {
     fn ring(&self) -> bool {
-        self.0.set(true);
+        if self.effects.happens() {
+            self.rang.set(true);
+        }
         true
     }
 }
 
 impl Sleep for Rc<Bell> {
     fn wait(&self, _timeout: Duration) -> bool {
-        self.0.take()
+        self.rang.take()
     }
 
     fn drain(&self) -> bool {
-        self.0.take()
+        self.rang.take()
     }
 }

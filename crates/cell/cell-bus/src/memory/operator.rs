@@ -4,8 +4,10 @@ use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::rc::{Rc, Weak};
 
+use cell_rt::Clock as _;
 use ipc_types::{OperatorReply, OperatorRequest};
 
+use super::MemorySite;
 use crate::error::RequestError;
 use crate::operator::{Answer, Ask, Serve};
 
@@ -82,14 +84,14 @@ impl Answer for Pending {
 #[derive(Debug)]
 pub(super) struct Server {
     exchange: Rc<Exchange>,
-    now_ns: Rc<Cell<u64>>,
+    site: MemorySite,
 }
 
 impl Server {
-    pub(super) fn new(exchange: &Rc<Exchange>, now_ns: Rc<Cell<u64>>) -> Self {
+    pub(super) fn new(exchange: &Rc<Exchange>, site: &MemorySite) -> Self {
         exchange.servers.update(|servers| servers + 1);
-        let exchange = exchange.clone();
-        Self { exchange, now_ns }
+        let (exchange, site) = (exchange.clone(), site.clone());
+        Self { exchange, site }
     }
 }
 
@@ -105,13 +107,15 @@ impl Serve for Server {
                 continue;
             };
             let reply = answer(&call.request);
-            place.set(reply);
+            if self.site.effects().happens() {
+                place.set(reply);
+            }
             return Some(reply.is_some());
         }
     }
 
     fn now_ns(&self) -> u64 {
-        self.now_ns.get()
+        self.site.now_ns()
     }
 }
 

@@ -4,8 +4,10 @@ use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::rc::{Rc, Weak};
 
+use cell_rt::Clock as _;
 use ipc_types::header::Message;
 
+use super::MemorySite;
 use crate::error::PublishError;
 use crate::factory::Limits;
 use crate::reader::{self, NoConnection};
@@ -56,20 +58,20 @@ pub(crate) struct Outlet<T>(Rc<Connections<T>>);
 #[derive(Debug)]
 struct Connections<T> {
     topic: Rc<Topic<T>>,
-    now_ns: Rc<Cell<u64>>,
+    site: MemorySite,
     id: u128,
     history: RefCell<VecDeque<Rc<T>>>,
     readers: RefCell<Vec<Weak<Inbox<T>>>>,
 }
 
 impl<T: Message> Outlet<T> {
-    pub(super) fn new(topic: Rc<Topic<T>>, now_ns: Rc<Cell<u64>>) -> Self {
+    pub(super) fn new(topic: Rc<Topic<T>>, site: &MemorySite) -> Self {
         topic.writers.update(|writers| writers + 1);
         topic.opened.update(|id| id + 1);
         let id = topic.opened.get();
         Self(Rc::new(Connections {
             topic,
-            now_ns,
+            site: site.clone(),
             id,
             history: RefCell::default(),
             readers: RefCell::default(),
@@ -102,6 +104,9 @@ impl<T> Connections<T> {
     }
 
     fn send(&self, message: &Rc<T>) {
+        if !self.site.effects().happens() {
+            return;
+        }
         self.update();
         let limits = self.topic.limits;
         for reader in self.readers.borrow().iter().filter_map(Weak::upgrade) {
@@ -144,7 +149,7 @@ impl<T: Message> writer::Outlet for Outlet<T> {
     }
 
     fn now_ns(&self) -> u64 {
-        self.0.now_ns.get()
+        self.0.site.now_ns()
     }
 }
 

@@ -6,24 +6,34 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::layout::{FILE_HEADER, Found};
+use crate::effects::Effects;
 use crate::shared::SharedWords;
 
 /// A file in the memory of this process. Its clones are the same file: one of them for a
 /// modelled process, and one for its successor.
 #[derive(Clone, Debug, Default)]
-pub struct MemoryFile(Arc<Mutex<Arc<[AtomicU64]>>>);
+pub struct MemoryFile {
+    words: Arc<Mutex<Arc<[AtomicU64]>>>,
+    effects: Effects,
+}
 
 impl MemoryFile {
+    /// An empty file of processes with these effects.
+    pub fn new(effects: &Effects) -> Self {
+        let (words, effects) = (Arc::default(), effects.clone());
+        Self { words, effects }
+    }
+
     fn words(&self) -> Arc<[AtomicU64]> {
         // No store is half done by a panic, so a poisoned file is as good.
-        self.0
+        self.words
             .lock()
             .unwrap_or_else(PoisonError::into_inner)
             .clone()
     }
 
     fn replace(&self, words: Arc<[AtomicU64]>) {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = words;
+        *self.words.lock().unwrap_or_else(PoisonError::into_inner) = words;
     }
 }
 
@@ -63,6 +73,14 @@ impl Place {
         Ok(SharedWords::of(old))
     }
 
+    /// What counts the stores of its process; `None` for a file.
+    pub(super) fn effects(&self) -> Option<&Effects> {
+        match self {
+            Self::File(_) => None,
+            Self::Memory(file) => Some(&file.effects),
+        }
+    }
+
     /// An empty place that can replace this one.
     pub(super) fn beside(&self) -> Self {
         match self {
@@ -72,7 +90,7 @@ impl Place {
                 std::fs::remove_file(&path).ok();
                 Self::File(path)
             }
-            Self::Memory(_) => Self::Memory(MemoryFile::default()),
+            Self::Memory(file) => Self::Memory(MemoryFile::new(&file.effects)),
         }
     }
 
@@ -80,7 +98,11 @@ impl Place {
     pub(super) fn replace_by(&self, other: &Self) -> io::Result<()> {
         match (self, other) {
             (Self::File(path), Self::File(other)) => std::fs::rename(other, path)?,
-            (Self::Memory(file), Self::Memory(other)) => file.replace(other.words()),
+            (Self::Memory(file), Self::Memory(other)) => {
+                if file.effects.happens() {
+                    file.replace(other.words());
+                }
+            }
             (Self::File(_), Self::Memory(_)) | (Self::Memory(_), Self::File(_)) => {}
         }
         Ok(())

@@ -68,7 +68,7 @@ fn a_fault_whose_text_changes_is_written_once_a_second_and_the_last_one_at_the_e
     let mut found: Vec<_> = (0..250).map(|_| run.decide(&mut file).unwrap()).collect();
     found.dedup();
     assert_eq!(found, ["number 1", "number 101", "number 201"]);
-    drop(file);
+    file.end();
     assert_eq!(run.read().as_deref(), Some("number 250"));
 }
 

@@ -1,0 +1,135 @@
+//! What a restart keeps.
+
+use std::collections::BTreeMap;
+
+use ipc_types::WorldState;
+use ipc_types::topic::Process;
+
+use super::{Check, Moment, Seen, Verdict, fail_if};
+use crate::model::News;
+
+/// A kill takes physics back by at most a second.
+const LOST_TICKS: u64 = 1000;
+
+pub(super) fn all() -> Vec<Box<dyn Check>> {
+    vec![
+        Box::new(Physics::default()),
+        Box::new(Same::default()),
+        Box::new(Task::default()),
+    ]
+}
+
+/// A new physics is at most a second behind the last, or says so.
+#[derive(Default)]
+struct Physics {
+    generation: u32,
+    tick: u64,
+    /// Whether its log has said what was lost.
+    said: bool,
+    /// Its health has a fault.
+    warned: bool,
+}
+
+impl Check for Physics {
+    fn number(&self) -> u32 {
+        14
+    }
+
+    fn see(&mut self, moment: &Moment<'_>) -> Verdict {
+        match moment.seen {
+            Seen::News(News::Logged(Process::Physics, line)) => self.said |= line.contains("lost"),
+            Seen::Health(Process::Physics, health) => self.warned |= health.fault().is_some(),
+            Seen::State(state) => return self.state(state),
+            _ => {}
+        }
+        Ok(())
+    }
+}
+
+impl Physics {
+    fn state(&mut self, state: &WorldState) -> Verdict {
+        let (generation, tick) = (state.header.generation, state.header.tick);
+        let is_new = std::mem::replace(&mut self.generation, generation) != generation;
+        let last = std::mem::replace(&mut self.tick, tick);
+        if !is_new || generation == 1 {
+            return Ok(());
+        }
+        let resumed = state.resumed_tick;
+        let is_reported = std::mem::take(&mut self.said) || std::mem::take(&mut self.warned);
+        let lost = last.saturating_sub(resumed);
+        fail_if(resumed > last, || {
+            format!("physics {generation} resumed at {resumed}, after the last tick {last}")
+        })?;
+        fail_if(lost > LOST_TICKS && !is_reported, || {
+            format!("physics {generation} lost {lost} ticks and does not say so")
+        })
+    }
+}
+
+/// The world that was resumed is the one that was saved.
+#[derive(Default)]
+struct Same {
+    generation: u32,
+    hashes: BTreeMap<u64, u64>,
+}
+
+impl Check for Same {
+    fn number(&self) -> u32 {
+        15
+    }
+
+    fn see(&mut self, moment: &Moment<'_>) -> Verdict {
+        let Seen::State(state) = moment.seen else {
+            return Ok(());
+        };
+        let (generation, tick) = (state.header.generation, state.header.tick);
+        let is_new = std::mem::replace(&mut self.generation, generation) != generation;
+        let old = self.hashes.get(&tick).copied();
+        let differs = is_new && old.is_some_and(|old| old != state.state_hash);
+        self.hashes.split_off(&tick);
+        self.hashes.insert(tick, state.state_hash);
+        fail_if(differs, || {
+            format!("physics {generation} resumed another world at tick {tick}")
+        })
+    }
+}
+
+/// After a restart of physics the task continues from the checkpoint of the same tick.
+#[derive(Default)]
+struct Task {
+    resumed_tick: u64,
+    /// Generation of physics that is waited for, and since when.
+    awaits: Option<(u32, u64)>,
+    /// Which start of the task works, and when it began.
+    generation: u32,
+}
+
+impl Check for Task {
+    fn number(&self) -> u32 {
+        17
+    }
+
+    fn see(&mut self, moment: &Moment<'_>) -> Verdict {
+        match moment.seen {
+            Seen::State(state) => {
+                let generation = state.header.generation;
+                if self.awaits.is_none_or(|(of, _)| of != generation) {
+                    self.awaits = Some((generation, moment.now_ns));
+                    self.resumed_tick = state.resumed_tick;
+                }
+            }
+            Seen::Trace(line) => {
+                let text = line.text.as_str();
+                self.generation = line.header.generation;
+                let lost = text.starts_with("[task] started without");
+                let resumed = self.resumed_tick > 0;
+                return fail_if(lost && resumed, || {
+                    let tick = self.resumed_tick;
+                    format!("physics resumed at tick {tick}, and the task lost its checkpoint")
+                });
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,197 @@
+//! The invariants of a cell. Their numbers are those of the promises (docs/faults.md), not the
+//! constants of the code: a change of a constant must not move both.
+
+mod hold;
+mod kept;
+mod limits;
+mod reports;
+mod supervision;
+mod writers;
+
+use std::hash::{DefaultHasher, Hash, Hasher};
+
+use ipc_types::topic::Process;
+use ipc_types::{ArmCommand, ArmStatus, Decision, Health, TraceLine, WorldState};
+
+use crate::model::{Model, News};
+use crate::plan::{Fault, MS, Plan};
+
+/// Events that are kept for people.
+const LOG: usize = 200;
+
+/// Something that can be seen.
+#[derive(Clone, Copy, Debug)]
+pub enum Seen<'a> {
+    /// A state.
+    State(&'a WorldState),
+    /// A decision.
+    Decision(&'a Decision),
+    /// A status of an arm.
+    Status(usize, &'a ArmStatus),
+    /// A command to an arm.
+    Command(usize, &'a ArmCommand),
+    /// A line of the task.
+    Trace(&'a TraceLine),
+    /// A sign of life.
+    Health(Process, &'a Health),
+    /// A process started, ended, or said something.
+    News(&'a News),
+    /// A fault that had an effect.
+    Fault(&'a Fault),
+    /// The launcher has looked.
+    Looked,
+    /// The launcher gave the run up.
+    GaveUp(&'a str),
+}
+
+/// Something that is seen, and when.
+#[derive(Clone, Copy, Debug)]
+pub struct Moment<'a> {
+    /// Virtual time (ns).
+    pub now_ns: u64,
+    /// What.
+    pub seen: Seen<'a>,
+}
+
+/// Whether an invariant holds: the error says why not.
+pub type Verdict = Result<(), String>;
+
+/// An invariant.
+pub trait Check {
+    /// Its number in docs/simulation.md.
+    fn number(&self) -> u32;
+
+    /// Takes note of a moment.
+    fn see(&mut self, moment: &Moment<'_>) -> Verdict;
+
+    /// The run is over.
+    fn end(&mut self, _now_ns: u64) -> Verdict {
+        Ok(())
+    }
+}
+
+/// An invariant that did not hold.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Failed {
+    /// Its number.
+    pub invariant: u32,
+    /// When (us).
+    pub at_us: u64,
+    /// Why.
+    pub why: String,
+}
+
+/// All invariants of a run, and what they saw.
+pub struct Checks {
+    all: Vec<Box<dyn Check>>,
+    hasher: DefaultHasher,
+    log: Vec<String>,
+    /// State hashes at every hundredth tick.
+    hashes: Vec<(u64, u64)>,
+}
+
+/// Fails with `why` if `fails`.
+fn fail_if(fails: bool, why: impl FnOnce() -> String) -> Verdict {
+    if fails { Err(why()) } else { Ok(()) }
+}
+
+impl Checks {
+    /// Of a run of `plan` in `model`.
+    pub fn of(plan: &Plan, model: &Model) -> Self {
+        let mut all = hold::all(plan);
+        all.extend(limits::all(model));
+        all.extend(writers::all(plan));
+        all.extend(kept::all());
+        all.extend(supervision::all(plan, model));
+        all.extend(reports::all(plan));
+        Self {
+            all,
+            hasher: DefaultHasher::new(),
+            log: Vec::new(),
+            hashes: Vec::new(),
+        }
+    }
+
+    /// Shows `moment` to every invariant; returns the first that does not hold.
+    pub fn see(&mut self, moment: &Moment<'_>) -> Option<Failed> {
+        self.record(moment);
+        self.first(moment.now_ns, |check| check.see(moment))
+    }
+
+    /// The run is over.
+    pub fn end(&mut self, now_ns: u64) -> Option<Failed> {
+        self.first(now_ns, |check| check.end(now_ns))
+    }
+
+    fn first(
+        &mut self,
+        now_ns: u64,
+        mut ask: impl FnMut(&mut dyn Check) -> Verdict,
+    ) -> Option<Failed> {
+        self.all.iter_mut().find_map(|check| {
+            let why = ask(check.as_mut()).err()?;
+            Some(Failed {
+                invariant: check.number(),
+                at_us: now_ns / 1000,
+                why,
+            })
+        })
+    }
+
+    /// Hash over all that was seen.
+    pub fn digest(&self) -> u64 {
+        self.hasher.finish()
+    }
+
+    /// The last events.
+    pub fn take_log(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.log)
+    }
+
+    /// State hashes at every hundredth tick, by the last physics that came by it.
+    pub fn hashes(&self) -> &[(u64, u64)] {
+        &self.hashes
+    }
+
+    fn record(&mut self, moment: &Moment<'_>) {
+        let header = match moment.seen {
+            Seen::State(state) => {
+                let tick = state.header.tick;
+                state.state_hash.hash(&mut self.hasher);
+                if tick.is_multiple_of(100) {
+                    self.hashes.retain(|(other, _)| *other < tick);
+                    self.hashes.push((tick, state.state_hash));
+                }
+                state.header
+            }
+            Seen::Decision(message) => message.header,
+            Seen::Status(_, message) => message.header,
+            Seen::Command(_, message) => message.header,
+            Seen::Trace(line) => {
+                let text = format!("task: {}", line.text.as_str());
+                return self.note(moment.now_ns, &text);
+            }
+            Seen::Health(_, message) => message.header,
+            Seen::News(news) => return self.note(moment.now_ns, &format!("{news:?}")),
+            Seen::Fault(fault) => return self.note(moment.now_ns, &format!("{fault:?}")),
+            Seen::GaveUp(why) => return self.note(moment.now_ns, &format!("given up: {why}")),
+            Seen::Looked => return,
+        };
+        (moment.now_ns, header.schema, header.tick).hash(&mut self.hasher);
+        (header.generation, header.seq).hash(&mut self.hasher);
+    }
+
+    fn note(&mut self, now_ns: u64, text: &str) {
+        (now_ns, text).hash(&mut self.hasher);
+        if self.log.len() == LOG {
+            self.log.remove(0);
+        }
+        let at_s = now_ns as f64 * 1.0e-9;
+        self.log.push(format!("{at_s:.6} s: {text}"));
+    }
+}
+
+/// Milliseconds of `ns`.
+fn ms(ns: u64) -> u64 {
+    ns / MS
+}

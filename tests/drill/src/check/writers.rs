@@ -1,0 +1,161 @@
+//! Messages are used in their order, and only those about the present world.
+
+use std::collections::BTreeMap;
+
+use ipc_types::Header;
+use ipc_types::topic::TopicId;
+
+use super::{Check, Moment, Seen, Verdict, fail_if};
+use crate::plan::Plan;
+
+/// Ticks between two decisions.
+const DECISION_TICKS: u64 = 10;
+
+pub(super) fn all(plan: &Plan) -> Vec<Box<dyn Check>> {
+    let mut all: Vec<Box<dyn Check>> = vec![
+        Box::new(Order::default()),
+        Box::new(World::default()),
+        Box::new(Valid),
+    ];
+    if plan.lockstep {
+        all.push(Box::new(Causes));
+    }
+    all
+}
+
+/// The headers that `moment` has, with a number of their topic.
+fn header<'a>(moment: &Moment<'a>) -> Option<(u32, &'a Header)> {
+    let arm = |arm: usize| u8::try_from(arm).unwrap_or(0);
+    Some(match moment.seen {
+        Seen::State(message) => (TopicId::WorldState.code(), &message.header),
+        Seen::Decision(message) => (TopicId::Decision.code(), &message.header),
+        Seen::Status(of, message) => (TopicId::ArmStatus(arm(of)).code(), &message.header),
+        Seen::Command(of, message) => (TopicId::ArmCommand(arm(of)).code(), &message.header),
+        _ => return None,
+    })
+}
+
+/// A reader never goes back to a message of an older start, or an older one of the same.
+#[derive(Default)]
+struct Order {
+    /// By reader, its start, and topic: generation and number of the last input.
+    used: BTreeMap<(u32, u32, u32), (u32, u64)>,
+}
+
+impl Check for Order {
+    fn number(&self) -> u32 {
+        9
+    }
+
+    fn see(&mut self, moment: &Moment<'_>) -> Verdict {
+        let Some((topic, header)) = header(moment) else {
+            return Ok(());
+        };
+        for input in header.inputs() {
+            let reader = (topic, header.generation, input.topic);
+            let new = (input.generation, input.seq);
+            let old = self.used.insert(reader, new).unwrap_or(new);
+            fail_if(old > new, || {
+                format!(
+                    "topic {topic} used message {new:?} of topic {} after {old:?}",
+                    input.topic
+                )
+            })?;
+        }
+        Ok(())
+    }
+}
+
+/// Commands and decisions that physics uses answer this start of physics.
+#[derive(Default)]
+struct World {
+    /// By topic, generation and number: the physics that it answers.
+    answers: BTreeMap<(u32, u32, u64), u32>,
+}
+
+impl Check for World {
+    fn number(&self) -> u32 {
+        11
+    }
+
+    fn see(&mut self, moment: &Moment<'_>) -> Verdict {
+        let Some((topic, header)) = header(moment) else {
+            return Ok(());
+        };
+        let state = TopicId::WorldState.code();
+        let physics = header.inputs().iter().find(|input| input.topic == state);
+        let physics = match (topic == state, physics) {
+            (true, _) => header.generation,
+            (false, Some(input)) => input.generation,
+            (false, None) => return Ok(()),
+        };
+        for input in header.inputs().iter().filter(|input| input.topic != state) {
+            let of = (input.topic, input.generation, input.seq);
+            let answered = self.answers.get(&of).copied().unwrap_or(physics);
+            fail_if(answered != physics, || {
+                format!(
+                    "topic {topic} about physics {physics} used message {of:?}, which answers \
+                     physics {answered}"
+                )
+            })?;
+        }
+        // A decision may be repeated with its number; the last counts.
+        self.answers
+            .insert((topic, header.generation, header.seq), physics);
+        if self.answers.len() > 20_000 {
+            self.answers.pop_first();
+        }
+        Ok(())
+    }
+}
+
+/// No process refuses a message of another.
+struct Valid;
+
+impl Check for Valid {
+    fn number(&self) -> u32 {
+        12
+    }
+
+    fn see(&mut self, moment: &Moment<'_>) -> Verdict {
+        let Seen::Health(process, health) = moment.seen else {
+            return Ok(());
+        };
+        fail_if(health.rejected > 0, || {
+            format!("{} rejected {} messages", process.name(), health.rejected)
+        })
+    }
+}
+
+/// In lockstep each input is the one that its tick asks for.
+struct Causes;
+
+impl Check for Causes {
+    fn number(&self) -> u32 {
+        10
+    }
+
+    fn see(&mut self, moment: &Moment<'_>) -> Verdict {
+        let Some((topic, header)) = header(moment) else {
+            return Ok(());
+        };
+        let tick = header.tick;
+        let decision = TopicId::Decision.code();
+        for input in header.inputs() {
+            let Some(before) = tick.checked_sub(1) else {
+                continue;
+            };
+            let is_of_arm = matches!(moment.seen, Seen::Status(..) | Seen::Command(..));
+            if is_of_arm && input.topic == decision {
+                let wanted = tick - (before - before % DECISION_TICKS);
+                fail_if(input.age_ticks != wanted, || {
+                    format!(
+                        "topic {topic} of tick {tick} used a decision of {} ticks, not {wanted}",
+                        input.age_ticks
+                    )
+                })?;
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,143 @@
+//! Draws plans.
+
+use cell_model::random::Random;
+
+use crate::plan::{Fault, Plan, Timed, noise};
+
+/// Scenes with their policies: arms of both kinds, two arms, equipment.
+const SCENES: [(&str, &[&str]); 5] = [
+    ("franka-stack", &["fsm", "ifelse", "bt"]),
+    (
+        "cube",
+        &["ifelse", "fsm", "tree", "json", "table", "matrix"],
+    ),
+    ("franka-pyramid", &["json"]),
+    ("ur10-palletize", &["table"]),
+    ("reach", &["follow"]),
+];
+
+/// Times of a run at which limits are near (ms after something happened): ages of decisions
+/// and commands, starts, hangs, kept states, two seconds without a command.
+const EDGES_MS: [u64; 12] = [0, 17, 28, 49, 51, 99, 101, 499, 501, 999, 1001, 2001];
+
+/// A stream of draws.
+struct Draw(Random);
+
+impl Draw {
+    fn below(&mut self, below: u64) -> u64 {
+        self.0.bits() % below.max(1)
+    }
+
+    fn percent(&mut self, percent: u64) -> bool {
+        self.below(100) < percent
+    }
+
+    /// Between the two, small ones as often as large ones.
+    fn log(&mut self, least: u64, most: u64) -> u64 {
+        let (least, most) = (least as f64, most as f64);
+        let part = self.below(1_000_001) as f64 * 1.0e-6;
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "between two positive whole numbers"
+        )]
+        let drawn = (least * (most / least).powf(part)) as u64;
+        drawn
+    }
+
+    fn one<'a, T>(&mut self, of: &'a [T]) -> Option<&'a T> {
+        let index = self.below(of.len() as u64);
+        of.get(usize::try_from(index).ok()?)
+    }
+}
+
+/// The plan of `seed`, with a time of at most `longest_ms`.
+pub fn plan(seed: u64, longest_ms: u64) -> Plan {
+    let mut draw = Draw(Random::new(noise(seed, 3, 0)));
+    let (demo, policies) = draw.one(&SCENES).copied().unwrap_or(SCENES[0]);
+    let mut plan = Plan {
+        seed,
+        demo: demo.to_owned(),
+        policy: draw
+            .one(policies)
+            .map_or_else(String::new, |&p| p.to_owned()),
+        lockstep: draw.percent(40),
+        fifo: draw.percent(70),
+        horizon_ms: draw.log(2_000.min(longest_ms), longest_ms),
+        faults: Vec::new(),
+    };
+    let arms = if demo == "franka-pyramid" { 2 } else { 1 };
+    plan.faults = faults(&mut draw, &plan, arms);
+    plan
+}
+
+fn faults(draw: &mut Draw, plan: &Plan, arms: u8) -> Vec<Timed> {
+    // Without a fault any report is an error of a check.
+    let count = match draw.below(10) {
+        0 => return Vec::new(),
+        1 => 1,
+        _ => draw.log(2, 12),
+    };
+    // A random half of the kinds: kinds hide each other.
+    let enabled: Vec<usize> = (0..Fault::KINDS.len())
+        .filter(|_| draw.percent(50))
+        .collect();
+    let enabled = if enabled.is_empty() { vec![0] } else { enabled };
+    let mut faults: Vec<Timed> = Vec::new();
+    // Most of the starts are over by then.
+    let mut last_us = 400_000;
+    for _ in 0..count {
+        let at_us = if draw.percent(40) {
+            draw.below(plan.horizon_ms * 1000)
+        } else {
+            let edge = draw.one(&EDGES_MS).copied().unwrap_or(0);
+            last_us + edge * 1000 + draw.below(2_000)
+        };
+        let Some(kind) = draw.one(&enabled).copied() else {
+            continue;
+        };
+        if at_us < plan.horizon_ms * 1000 {
+            let fault = fault(draw, kind, arms);
+            last_us = at_us + fault.length_ms() * 1000;
+            faults.push(Timed { at_us, fault });
+        }
+    }
+    faults.sort_by_key(|timed| timed.at_us);
+    faults
+}
+
+fn fault(draw: &mut Draw, kind: usize, arms: u8) -> Fault {
+    let all = ipc_types::topic::Process::all(arms);
+    let of = draw
+        .one(&all)
+        .map_or_else(String::new, |process| process.name());
+    match kind {
+        1 => Fault::Stop {
+            process: of,
+            for_ms: draw.log(50, 2_500),
+        },
+        2 => Fault::Starve {
+            process: of,
+            for_ms: draw.log(20, 3_000),
+        },
+        3 => Fault::Full {
+            for_ms: draw.log(200, 5_000),
+        },
+        4 => Fault::SlowDisk {
+            for_ms: draw.log(200, 5_000),
+            write_ms: draw.log(100, 3_000),
+        },
+        5 => Fault::FailedStart { process: of },
+        6 => Fault::SlowStart {
+            process: of,
+            for_ms: draw.log(200, 1_900),
+        },
+        7 => Fault::Launcher {
+            for_ms: draw.log(20, 500),
+        },
+        _ => Fault::Kill {
+            process: of,
+            effect: draw.percent(50).then(|| draw.log(1, 3_000) - 1),
+        },
+    }
+}

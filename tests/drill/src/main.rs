@@ -1,0 +1,170 @@
+//! `cargo drill`: see docs/simulation.md.
+#![expect(
+    clippy::print_stdout,
+    clippy::print_stderr,
+    reason = "a program of the command line"
+)]
+
+use std::ops::Range;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use clap::Parser;
+
+use robocell_drill::batch::{self, Failure, examine};
+use robocell_drill::plan::Plan;
+use robocell_drill::{draw, reduce};
+
+/// An invariant did not hold.
+const FAILED: u8 = 5;
+/// The usage or the generator is wrong.
+const WRONG: u8 = 2;
+
+/// Runs the whole cell under virtual time with drawn faults, and checks the invariants.
+#[derive(Parser)]
+struct Args {
+    /// Seeds of plans, as FIRST..LAST.
+    #[arg(long, value_parser = range, default_value = "1..200")]
+    seeds: Range<u64>,
+    /// One seed; its events are printed.
+    #[arg(long, conflicts_with = "plan")]
+    seed: Option<u64>,
+    /// A plan in place of seeds; its events are printed.
+    #[arg(long)]
+    plan: Option<PathBuf>,
+    /// End after so many minutes.
+    #[arg(long)]
+    minutes: Option<f64>,
+    /// Threads.
+    #[arg(long, default_value_t = 2)]
+    jobs: usize,
+    /// Longest run of a plan (s).
+    #[arg(long, default_value_t = 20)]
+    longest: u64,
+    /// The summary as a line of JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+fn range(text: &str) -> Result<Range<u64>, String> {
+    let refusal = || format!("{text:?} is not FIRST..LAST, such as 1..2000");
+    let (first, last) = text.split_once("..").ok_or_else(refusal)?;
+    let number = |text: &str| text.parse::<u64>().map_err(|_| refusal());
+    let (first, last) = (number(first)?, number(last)?);
+    if first > last {
+        return Err(refusal());
+    }
+    Ok(first..last.saturating_add(1))
+}
+
+fn main() -> ExitCode {
+    match work(&Args::parse()) {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::from(FAILED),
+        Err(why) => {
+            eprintln!("drill: {why}");
+            ExitCode::from(WRONG)
+        }
+    }
+}
+
+/// Whether all invariants held.
+fn work(args: &Args) -> Result<bool, String> {
+    if let Some(plan) = one_plan(args)? {
+        return one(&plan);
+    }
+    let limit = args
+        .minutes
+        .map(|minutes| Duration::from_secs_f64(60.0 * minutes));
+    let longest_ms = args.longest * 1000;
+    let (summary, failures) = batch::seeds(args.seeds.clone(), longest_ms, args.jobs, limit)?;
+    for failure in failures.iter().take(5) {
+        report(failure)?;
+    }
+    let json = serde_json::to_string(&summary).map_err(|error| error.to_string())?;
+    if args.json {
+        println!("{json}");
+    } else {
+        println!(
+            "{} plans, {:.0} simulated s at {:.1} times real time, digest {}, {} failed",
+            summary.schedules,
+            summary.simulated_s,
+            summary.x_real_time,
+            summary.digest,
+            summary.failed.len()
+        );
+        for (kind, drawn, effective) in &summary.faults {
+            println!("  {kind}: {drawn} drawn, {effective} effective");
+        }
+    }
+    // A kind that mostly hits nothing tests nothing.
+    let idle = summary
+        .faults
+        .iter()
+        .find(|(_, drawn, effective)| *drawn >= 20 && 2 * effective < *drawn);
+    if let Some((kind, drawn, effective)) = idle {
+        return Err(format!(
+            "{kind} was effective in {effective} of {drawn} draws only"
+        ));
+    }
+    Ok(failures.is_empty())
+}
+
+fn one_plan(args: &Args) -> Result<Option<Plan>, String> {
+    if let Some(seed) = args.seed {
+        return Ok(Some(draw::plan(seed, args.longest * 1000)));
+    }
+    let Some(path) = &args.plan else {
+        return Ok(None);
+    };
+    let text =
+        std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
+    let plan =
+        serde_json::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))?;
+    Ok(Some(plan))
+}
+
+/// Runs `plan` and prints its events.
+fn one(plan: &Plan) -> Result<bool, String> {
+    let outcome = examine(plan)?;
+    println!(
+        "{}",
+        serde_json::to_string(plan).map_err(|error| error.to_string())?
+    );
+    for line in &outcome.log {
+        println!("{line}");
+    }
+    match &outcome.failed {
+        Some(failed) => println!("invariant {}: {}", failed.invariant, failed.why),
+        None => println!("digest {:016x}", outcome.digest),
+    }
+    Ok(outcome.failed.is_none())
+}
+
+/// Prints a failure and the smallest plan that has it, which is kept.
+fn report(failure: &Failure) -> Result<(), String> {
+    let (Failure { plan, failed }, seed) = (failure, failure.plan.seed);
+    println!(
+        "seed {seed}: invariant {}, {}",
+        failed.invariant, failed.why
+    );
+    let (small, failed, runs) = reduce::reduce(plan, failed);
+    println!(
+        "  at {:.3} s; reduced from {} to {} faults in {runs} runs:",
+        failed.at_us as f64 * 1.0e-6,
+        plan.faults.len(),
+        small.faults.len()
+    );
+    for timed in &small.faults {
+        println!("  {:.3} s  {:?}", timed.at_us as f64 * 1.0e-6, timed.fault);
+    }
+    let dir = PathBuf::from(format!("target/drill/{seed}"));
+    let path = dir.join("min.json");
+    let text = serde_json::to_string_pretty(&small).map_err(|error| error.to_string())?;
+    std::fs::create_dir_all(&dir)
+        .and_then(|()| std::fs::write(&path, text))
+        .map_err(|error| format!("{}: {error}", path.display()))?;
+    println!("  again: cargo drill --plan {}", path.display());
+    Ok(())
+}

@@ -1,0 +1,315 @@
+//! A cell in one thread and virtual time: the real loops of its processes and of its supervisor,
+//! on models of the bus, the disk and the processes.
+//!
+//! What a model takes over from the machine, and no more: the time of turns and wakes, starts,
+//! signals, the slot files, the disk. Lost and late messages are not drawn: they follow.
+
+mod disk;
+mod launcher;
+mod monitor;
+mod running;
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use cell_bus::{Bus, MemorySite};
+use cell_model::runs::spec::RunSpec;
+use cell_model::{Cell, Data, runs::spec::Speed};
+use cell_rt::MemoryFile;
+use controller_proc::Controllers;
+use ipc_types::topic::Process;
+use robocell_task::Policies;
+use robocell_task_program::slots::ModelFiles;
+use supervisor::supervision::Exit;
+
+use crate::plan::{MS, Plan, noise};
+use disk::Disk;
+pub use launcher::Launcher;
+use running::Running;
+
+/// Identity of the run in all messages.
+const RUN: u64 = 1;
+
+/// Something that happened, in the order of its happening.
+#[derive(Clone, Debug)]
+pub enum News {
+    /// A process was started by the launcher.
+    Spawned(Process, u32),
+    /// Its loop began.
+    Began(Process, u32),
+    /// It is gone; the launcher may not know it yet.
+    Gone(Process, u32, Exit),
+    /// The launcher sent it a signal.
+    Signalled(Process, Signal),
+    /// The launcher told the person.
+    Warned(String),
+    /// A process wrote to its log.
+    Logged(Process, String),
+}
+
+/// A signal of the launcher.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Signal {
+    /// SIGTERM.
+    Terminate,
+    /// SIGKILL.
+    Kill,
+}
+
+/// Everything outside of the supervisor. Its clones are the same.
+pub type Shared = Rc<RefCell<Model>>;
+
+/// See [`Shared`].
+pub struct Model {
+    /// Topics, doorbells and the clock.
+    pub site: MemorySite,
+    /// What the processes are told.
+    pub spec: RunSpec,
+    /// The cell of the run.
+    pub cell: Cell,
+    plan: Plan,
+    policies: Policies,
+    controllers: Controllers,
+    /// The processes that exist.
+    running: Vec<Running>,
+    ended: Vec<(Process, u32, Exit)>,
+    disk: Disk,
+    requests: MemoryFile,
+    task_files: ModelFiles,
+    next_pid: u32,
+    /// Draws of noise so far.
+    draws: u64,
+    /// Starts that fail, and starts that take so long (ms).
+    failing: Vec<Process>,
+    slow: Vec<(Process, u64)>,
+    full_until_ns: u64,
+    slow_disk_until_ns: u64,
+    news: Vec<News>,
+    /// The last lines of each process.
+    logs: Vec<(Process, String)>,
+}
+
+impl Model {
+    /// The cell of `plan`, in which no process runs yet.
+    ///
+    /// # Errors
+    /// In words, where the scene of the plan does not exist.
+    pub fn new(plan: &Plan) -> Result<Shared, String> {
+        let cell = Cell::load(&Data::checkout(), &plan.demo, plan.seed, None);
+        let cell = cell.map_err(|error| error.to_string())?;
+        let arms = u8::try_from(cell.arms.len()).map_err(|error| error.to_string())?;
+        let spec = plan.spec(arms).map_err(|error| error.to_string())?;
+        let site = MemorySite::new(arms);
+        let file = || MemoryFile::new(site.effects());
+        let model = Self {
+            requests: file(),
+            task_files: ModelFiles {
+                newest: file(),
+                history: file(),
+            },
+            site,
+            spec,
+            cell,
+            plan: plan.clone(),
+            policies: demos::policies(),
+            controllers: Controllers::default(),
+            running: Vec::new(),
+            ended: Vec::new(),
+            disk: Disk::default(),
+            next_pid: 1000,
+            draws: 0,
+            failing: Vec::new(),
+            slow: Vec::new(),
+            full_until_ns: 0,
+            slow_disk_until_ns: 0,
+            news: Vec::new(),
+            logs: Vec::new(),
+        };
+        Ok(Rc::new(RefCell::new(model)))
+    }
+
+    /// The processes of the cell.
+    pub fn processes(&self) -> Vec<Process> {
+        Process::all(self.spec.arms)
+    }
+
+    /// Whether the run is in lockstep.
+    pub fn is_lockstep(&self) -> bool {
+        self.spec.speed == Speed::Max
+    }
+
+    /// What happened since the last call.
+    pub fn take_news(&mut self) -> Vec<News> {
+        std::mem::take(&mut self.news)
+    }
+
+    /// A number below `below`.
+    fn draw(&mut self, below: u64) -> u64 {
+        self.draws += 1;
+        noise(self.plan.seed, 1, self.draws) % below.max(1)
+    }
+
+    fn now_ns(&self) -> u64 {
+        cell_rt::Clock::now_ns(&self.site)
+    }
+
+    pub(crate) fn bus(&self, generation: u32) -> Bus {
+        Bus::in_memory(&self.site, RUN, generation)
+    }
+
+    fn index(&self, process: Process) -> Option<usize> {
+        self.running.iter().position(|one| one.process == process)
+    }
+
+    /// The next process whose turn it is, and when; at equal times the first of the cell.
+    pub fn next(&self) -> Option<(u64, Process)> {
+        let due = self.running.iter().map(|one| (one.due_ns(), one.process));
+        due.min_by_key(|(due_ns, _)| *due_ns)
+    }
+
+    /// Fulfils faults whose time is over.
+    fn look_at_disk(&mut self) {
+        let now_ns = self.now_ns();
+        self.disk.set_full(now_ns < self.full_until_ns);
+        if now_ns >= self.slow_disk_until_ns {
+            self.disk.set_write_ms(2);
+        }
+    }
+
+    /// One turn of `process` at `now_ns`.
+    pub fn turn(&mut self, now_ns: u64, process: Process) {
+        self.site.set_now_ns(now_ns);
+        self.look_at_disk();
+        let Some(index) = self.index(process) else {
+            return;
+        };
+        let mut one = self.running.remove(index);
+        let exit = self.turn_of(&mut one, now_ns);
+        for line in cell_worker::keep_lines() {
+            self.logs.push((process, line.clone()));
+            self.news.push(News::Logged(process, line));
+        }
+        match exit {
+            None => self.running.insert(index, one),
+            Some(exit) => self.gone(one, exit),
+        }
+        self.ring(now_ns);
+    }
+
+    fn turn_of(&mut self, one: &mut Running, now_ns: u64) -> Option<Exit> {
+        one.waited(now_ns);
+        if one.is_stopping {
+            return Some(Exit::Code(0));
+        }
+        if one.turns.is_none() {
+            return self.begin(one, now_ns).err();
+        }
+        let jitter_ns = self.jitter_ns();
+        let cost_ns = one.cost_ns(self.draw(100));
+        let allowed = one.cut.unwrap_or(u64::MAX);
+        let effects = self.site.effects().clone();
+        effects.allow(allowed);
+        let worked = || effects.left() < allowed;
+        one.turn(now_ns, jitter_ns, cost_ns, worked);
+        effects.allow(u64::MAX);
+        one.cut.map(|_| Exit::Signal(9))
+    }
+
+    /// The process has done what its start needs.
+    fn begin(&mut self, one: &mut Running, now_ns: u64) -> Result<(), Exit> {
+        let failing = self.failing.iter().position(|other| *other == one.process);
+        if let Some(failing) = failing {
+            self.failing.remove(failing);
+            self.logs.push((one.process, "injected failure".to_owned()));
+            return Err(Exit::Code(1));
+        }
+        let turns = self.set_up(one.process, one.generation);
+        let (turns, sleeper) = turns.map_err(|error| {
+            self.logs.push((one.process, error));
+            Exit::Code(1)
+        })?;
+        one.begin(turns, sleeper, now_ns);
+        self.news.push(News::Began(one.process, one.generation));
+        Ok(())
+    }
+
+    /// It is not there any more: no destructor of it has an effect.
+    fn gone(&mut self, one: Running, exit: Exit) {
+        self.site.effects().allow(0);
+        let (process, generation) = (one.process, one.generation);
+        drop(one);
+        self.site.effects().allow(u64::MAX);
+        if process == Process::Physics {
+            self.disk.cut(self.now_ns());
+        }
+        self.ended.push((process, generation, exit));
+        self.news.push(News::Gone(process, generation, exit));
+    }
+
+    /// Wakes those whose doorbell rang.
+    fn ring(&mut self, now_ns: u64) {
+        for index in 0..self.running.len() {
+            let latency_ns = 10_000 + self.jitter_ns() / 2;
+            self.running[index].ring(now_ns + latency_ns);
+        }
+    }
+
+    /// How late a process is woken (ns).
+    fn jitter_ns(&mut self) -> u64 {
+        let (most, rare) = if self.plan.fifo {
+            (20_000, 0)
+        } else {
+            (60_000, 2 * MS)
+        };
+        let is_rare = rare > 0 && self.draw(200) == 0;
+        self.draw(if is_rare { rare } else { most })
+    }
+
+    /// Kills `process`, after `effect` effects of its next turn or now.
+    pub fn kill(&mut self, process: Process, effect: Option<u64>) -> bool {
+        let Some(index) = self.index(process) else {
+            return false;
+        };
+        let began = self.running[index].turns.is_some();
+        if let Some(effect) = effect.filter(|_| began) {
+            self.running[index].cut = Some(effect);
+        } else {
+            let one = self.running.remove(index);
+            self.gone(one, Exit::Signal(9));
+        }
+        true
+    }
+
+    /// Stops `process` until `until_ns`.
+    pub fn stop(&mut self, process: Process, until_ns: u64) -> bool {
+        let one = self.running.iter_mut().find(|one| one.process == process);
+        one.map(|one| one.frozen_until_ns = until_ns).is_some()
+    }
+
+    /// Gives `process` no core until `until_ns`.
+    pub fn starve(&mut self, process: Process, until_ns: u64) -> bool {
+        let one = self.running.iter_mut().find(|one| one.process == process);
+        one.map(|one| one.starved_until_ns = until_ns).is_some()
+    }
+
+    /// Leaves no room until `until_ns`.
+    pub fn fill(&mut self, until_ns: u64) {
+        self.full_until_ns = until_ns;
+    }
+
+    /// Makes each write of a state take `write_ms` until `until_ns`.
+    pub fn slow_disk(&mut self, write_ms: u64, until_ns: u64) {
+        self.slow_disk_until_ns = until_ns;
+        self.disk.set_write_ms(write_ms);
+    }
+
+    /// Makes the next start of `process` fail.
+    pub fn fail_start(&mut self, process: Process) {
+        self.failing.push(process);
+    }
+
+    /// Makes the next start of `process` take `ms`.
+    pub fn slow_start(&mut self, process: Process, ms: u64) {
+        self.slow.push((process, ms));
+    }
+}

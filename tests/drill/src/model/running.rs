@@ -1,0 +1,193 @@
+//! A process: its loop, and when its next turn is.
+
+use std::time::Duration;
+
+use cell_bus::{Bus, Sleeper};
+use cell_rt::process::Share;
+use cell_worker::{Start, Turn, Wait, Woken};
+use ipc_types::topic::Process;
+
+use super::Model;
+use super::monitor::Monitor;
+use crate::plan::MS;
+
+/// Time between two looks of a loop that polls (ns).
+// A loop of a process looks every 50 ns; a fifth of the shortest turn finds the same messages.
+const POLL_NS: u64 = 10_000;
+/// Longest sleep at a doorbell (ns), as in `cell_worker::run`.
+const NUDGE_NS: u64 = 5 * MS;
+
+/// A process that exists.
+pub(super) struct Running {
+    pub(super) process: Process,
+    pub(super) generation: u32,
+    pub(super) pid: u32,
+    /// `None` until it has started.
+    pub(super) turns: Option<Box<dyn Turn>>,
+    sleeper: Option<Sleeper>,
+    /// When its next turn is, if it gets a core.
+    next_ns: u64,
+    at_bell: bool,
+    by_bell: bool,
+    pub(super) frozen_until_ns: u64,
+    pub(super) starved_until_ns: u64,
+    pub(super) is_stopping: bool,
+    /// It is killed after so many effects of its next turn.
+    pub(super) cut: Option<u64>,
+    ran_ns: u64,
+    waited_ns: u64,
+}
+
+impl Running {
+    /// Of start number `generation`, whose loop begins at `begins_ns`.
+    pub(super) fn new(process: Process, generation: u32, pid: u32, begins_ns: u64) -> Self {
+        Self {
+            process,
+            generation,
+            pid,
+            turns: None,
+            sleeper: None,
+            next_ns: begins_ns,
+            at_bell: false,
+            by_bell: false,
+            frozen_until_ns: 0,
+            starved_until_ns: 0,
+            is_stopping: false,
+            cut: None,
+            ran_ns: 0,
+            waited_ns: 0,
+        }
+    }
+
+    /// When it gets a core for its next turn.
+    pub(super) fn due_ns(&self) -> u64 {
+        self.next_ns
+            .max(self.starved_until_ns)
+            .max(self.frozen_until_ns)
+    }
+
+    /// It has waited for a core from the time it could run until `now_ns`.
+    pub(super) fn waited(&mut self, now_ns: u64) {
+        if self.starved_until_ns > self.next_ns {
+            self.waited_ns += now_ns.min(self.starved_until_ns) - self.next_ns;
+        }
+    }
+
+    pub(super) fn begin(&mut self, turns: Box<dyn Turn>, sleeper: Sleeper, now_ns: u64) {
+        (self.turns, self.sleeper) = (Some(turns), Some(sleeper));
+        self.next_ns = now_ns;
+    }
+
+    /// How long its turn takes (ns); `percent` is drawn.
+    pub(super) fn cost_ns(&self, percent: u64) -> u64 {
+        let least = match self.process {
+            Process::Physics => 100_000,
+            Process::Controller(_) => 30_000,
+            Process::Task => 150_000,
+            Process::Monitor => 50_000,
+        };
+        least + least * percent / 100
+    }
+
+    /// One turn of its loop at `now_ns`, which takes `cost_ns` if it `worked` and did not only
+    /// poll.
+    pub(super) fn turn(
+        &mut self,
+        now_ns: u64,
+        jitter_ns: u64,
+        cost_ns: u64,
+        worked: impl Fn() -> bool,
+    ) {
+        let Some(turns) = &mut self.turns else {
+            return;
+        };
+        let by_bell = std::mem::take(&mut self.by_bell);
+        let wait = turns.turn(Woken { now_ns, by_bell });
+        let took_ns = if worked() { cost_ns } else { POLL_NS };
+        let end_ns = now_ns + took_ns;
+        self.at_bell = wait == Wait::Bell;
+        self.next_ns = match wait {
+            Wait::Deadline { at_ns, .. } => end_ns.max(at_ns + jitter_ns),
+            Wait::Sleep(until_ns) => end_ns.max(until_ns + jitter_ns),
+            Wait::Spin | Wait::Yield => end_ns,
+            Wait::Bell => end_ns + NUDGE_NS,
+        };
+        self.ran_ns += took_ns;
+        if self.at_bell {
+            self.ring(end_ns);
+        }
+    }
+
+    /// Its next turn is at `wake_ns` if it sleeps at its doorbell and that rang.
+    pub(super) fn ring(&mut self, wake_ns: u64) {
+        let rang = |sleeper: &mut Sleeper| sleeper.wait(Duration::ZERO);
+        if self.at_bell && self.sleeper.as_mut().is_some_and(rang) {
+            (self.at_bell, self.by_bell) = (false, true);
+            self.next_ns = self.next_ns.min(wake_ns);
+        }
+    }
+
+    /// What the kernel says of its main thread at `now_ns`.
+    pub(super) fn share(&self, now_ns: u64) -> Share {
+        let can_run = self.next_ns <= now_ns;
+        let is_frozen = now_ns < self.frozen_until_ns;
+        let waits = can_run && !is_frozen && now_ns < self.starved_until_ns;
+        let waiting_ns = if waits { now_ns - self.next_ns } else { 0 };
+        Share {
+            ran_ns: self.ran_ns,
+            waited_ns: self.waited_ns + waiting_ns,
+            waits,
+            sleeps: !can_run && !is_frozen,
+            ended: false,
+        }
+    }
+}
+
+impl Model {
+    /// The loop of start number `generation` of `process`, with its doorbell.
+    pub(super) fn set_up(
+        &self,
+        process: Process,
+        generation: u32,
+    ) -> Result<(Box<dyn Turn>, Sleeper), String> {
+        let bus = self.bus(generation);
+        let turns = self.turns_of(process, generation, &bus)?;
+        let sleeper = bus.sleeper(process).map_err(|error| error.to_string())?;
+        Ok((turns, sleeper))
+    }
+
+    fn turns_of(
+        &self,
+        process: Process,
+        generation: u32,
+        bus: &Bus,
+    ) -> Result<Box<dyn Turn>, String> {
+        let arm = match process {
+            Process::Controller(arm) => arm,
+            _ => 0,
+        };
+        let start = Start::modelled(self.spec.clone(), self.cell.clone(), generation, arm);
+        let clock = self.site.clone();
+        Ok(match process {
+            Process::Physics => {
+                let store = self.disk.store(&self.site);
+                let model = physics_proc::process::model(&start, bus, store, &self.requests, clock);
+                Box::new(model.map_err(|error| error.to_string())?)
+            }
+            Process::Controller(_) => {
+                let model = controller_proc::process::model(&start, bus, &self.controllers, clock);
+                Box::new(model.map_err(|error| error.to_string())?)
+            }
+            Process::Task => {
+                let (policies, files) = (&self.policies, &self.task_files);
+                let model =
+                    robocell_task_program::process::model(&start, bus, policies, files, clock);
+                Box::new(model.map_err(|error| error.to_string())?)
+            }
+            Process::Monitor => {
+                let monitor = Monitor::new(&start, bus, clock);
+                Box::new(monitor.map_err(|error| error.to_string())?)
+            }
+        })
+    }
+}

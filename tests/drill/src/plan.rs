@@ -1,0 +1,181 @@
+//! A plan: everything that a run of a simulated cell depends on.
+
+use cell_model::runs::spec::{RecordSpec, RunSpec, Speed};
+use ipc_types::topic::Process;
+use serde::{Deserialize, Serialize};
+
+/// Nanoseconds in a millisecond.
+pub const MS: u64 = 1_000_000;
+
+/// A run is a pure function of its plan.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Plan {
+    /// Seed of scene and timing noise.
+    pub seed: u64,
+    /// Name of the demo.
+    pub demo: String,
+    /// Policy of its task.
+    pub policy: String,
+    /// Whether physics waits for all processes.
+    pub lockstep: bool,
+    /// Whether real-time scheduling is granted.
+    pub fifo: bool,
+    /// Virtual time at which the run ends (ms).
+    pub horizon_ms: u64,
+    /// Faults, in the order of their times.
+    pub faults: Vec<Timed>,
+}
+
+/// A fault at a virtual time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Timed {
+    /// Since the start of the run (us).
+    pub at_us: u64,
+    /// What happens then.
+    #[serde(flatten)]
+    pub fault: Fault,
+}
+
+/// A cause of failure.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "fault", rename_all = "snake_case")]
+pub enum Fault {
+    /// SIGKILL; with `effect` in its next turn, after so many effects of that turn.
+    Kill {
+        /// Its name.
+        process: String,
+        /// See [`cell_rt::Effects`].
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        effect: Option<u64>,
+    },
+    /// SIGSTOP for some time.
+    Stop {
+        /// Its name.
+        process: String,
+        /// How long.
+        for_ms: u64,
+    },
+    /// It gets no core for some time.
+    Starve {
+        /// Its name.
+        process: String,
+        /// How long.
+        for_ms: u64,
+    },
+    /// No room in shared memory, and no write to the disk succeeds.
+    Full {
+        /// How long.
+        for_ms: u64,
+    },
+    /// Writes of states of physics take longer.
+    SlowDisk {
+        /// How long this lasts.
+        for_ms: u64,
+        /// Time of one write.
+        write_ms: u64,
+    },
+    /// The next start of a process ends with exit code 1.
+    FailedStart {
+        /// Its name.
+        process: String,
+    },
+    /// The next start of a process takes longer.
+    SlowStart {
+        /// Its name.
+        process: String,
+        /// How long it takes.
+        for_ms: u64,
+    },
+    /// The launcher is not scheduled.
+    Launcher {
+        /// How long.
+        for_ms: u64,
+    },
+}
+
+impl Fault {
+    /// Names of all kinds.
+    pub const KINDS: [&str; 8] = [
+        "kill",
+        "stop",
+        "starve",
+        "full",
+        "slow_disk",
+        "failed_start",
+        "slow_start",
+        "launcher",
+    ];
+
+    /// How long it lasts (ms).
+    pub fn length_ms(&self) -> u64 {
+        match self {
+            Self::Kill { .. } | Self::FailedStart { .. } => 0,
+            Self::Stop { for_ms, .. }
+            | Self::Starve { for_ms, .. }
+            | Self::Full { for_ms }
+            | Self::SlowDisk { for_ms, .. }
+            | Self::SlowStart { for_ms, .. }
+            | Self::Launcher { for_ms } => *for_ms,
+        }
+    }
+
+    /// Place of its kind in [`Self::KINDS`].
+    pub fn kind(&self) -> usize {
+        match self {
+            Self::Kill { .. } => 0,
+            Self::Stop { .. } => 1,
+            Self::Starve { .. } => 2,
+            Self::Full { .. } => 3,
+            Self::SlowDisk { .. } => 4,
+            Self::FailedStart { .. } => 5,
+            Self::SlowStart { .. } => 6,
+            Self::Launcher { .. } => 7,
+        }
+    }
+}
+
+impl Plan {
+    /// The run file of its processes.
+    ///
+    /// # Errors
+    /// When a run file has other fields than this one.
+    pub fn spec(&self, arms: u8) -> Result<RunSpec, serde_json::Error> {
+        let speed = if self.lockstep {
+            Speed::Max
+        } else {
+            Speed::RealTime
+        };
+        serde_json::from_value(serde_json::json!({
+            "run": 1, "cell": "drill", "demo": self.demo, "policy": self.policy,
+            "seed": self.seed, "speed": speed, "data_dir": null, "run_dir": "", "root": "",
+            "prefix": "", "arms": arms, "robot": null, "script": [], "paused": false,
+            "until_done": false, "time_limit_s": null, "real_time": self.fifo, "page": null,
+            "record": RecordSpec::default(),
+        }))
+    }
+
+    /// The same without faults.
+    pub fn calm(&self) -> Self {
+        Self {
+            faults: Vec::new(),
+            ..self.clone()
+        }
+    }
+}
+
+/// The process with this name, of a cell of `arms` arms.
+pub fn process(name: &str, arms: u8) -> Option<Process> {
+    let all = Process::all(arms);
+    all.into_iter().find(|process| process.name() == name)
+}
+
+/// A number that depends on nothing but its arguments: removing an event from a plan leaves all
+/// other draws as they were.
+pub fn noise(seed: u64, of: u64, count: u64) -> u64 {
+    // SplitMix64, by Steele, Lea and Flood (2014).
+    let mut z = seed ^ of.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ count.rotate_left(32);
+    z = z.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}

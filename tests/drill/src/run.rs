@@ -1,0 +1,210 @@
+//! One run of a plan: the events in the order of their virtual times, each seen by the checks.
+
+use supervisor::run::supervisor_loop::{SupervisorLoop, Terms, Verdict};
+use supervisor::supervision::Rules;
+
+use crate::check::{Checks, Failed, Moment, Seen};
+use crate::model::{Launcher, Model, News, Shared};
+use crate::observer::Observer;
+use crate::plan::{Fault, MS, Plan, Timed, noise, process};
+
+/// Time between two turns of the launcher (ns).
+const LAUNCHER_NS: u64 = 5 * MS;
+
+/// What a run showed.
+#[derive(Clone, Debug, Default)]
+pub struct Outcome {
+    /// The first invariant that did not hold.
+    pub failed: Option<Failed>,
+    /// Simulated time (ms).
+    pub simulated_ms: u64,
+    /// Hash over everything the checks saw.
+    pub digest: u64,
+    /// Hashes of states, by tick.
+    pub hashes: Vec<(u64, u64)>,
+    /// By kind: faults that had a process or a file to act on.
+    pub effective: [u32; Fault::KINDS.len()],
+    /// The last events, for people.
+    pub log: Vec<String>,
+}
+
+/// Runs `plan` to its end, or to the first invariant that does not hold.
+///
+/// # Errors
+/// In words, where the plan has no scene: the generator is wrong.
+pub fn run(plan: &Plan) -> Result<Outcome, String> {
+    // From here on no line of a process goes to stderr.
+    cell_worker::keep_lines();
+    let model = Model::new(plan)?;
+    let launcher = Launcher::new(&model).map_err(|error| error.to_string())?;
+    let observer = Observer::new(&model).map_err(|error| error.to_string())?;
+    let checks = Checks::of(plan, &model.borrow());
+    let mut run = Run {
+        cell: SupervisorLoop::new(launcher, terms(plan, &model)),
+        checks,
+        observer,
+        outcome: Outcome::default(),
+        due: plan.faults.clone(),
+        launcher_ns: 0,
+        turns: 0,
+        plan,
+        model,
+    };
+    run.due.sort_by_key(|timed| timed.at_us);
+    run.due.reverse();
+    run.finish();
+    Ok(run.outcome)
+}
+
+fn terms(plan: &Plan, model: &Shared) -> Terms {
+    let model = model.borrow();
+    Terms {
+        demo: plan.demo.clone(),
+        processes: model.processes(),
+        rules: Rules {
+            watchdog: true,
+            lockstep: plan.lockstep,
+            python_task: false,
+        },
+        script: model.spec.script.clone(),
+        gives_start: true,
+    }
+}
+
+struct Run<'a> {
+    plan: &'a Plan,
+    model: Shared,
+    cell: SupervisorLoop<Launcher>,
+    observer: Observer,
+    checks: Checks,
+    outcome: Outcome,
+    /// Faults that have not happened; the next one last.
+    due: Vec<Timed>,
+    launcher_ns: u64,
+    turns: u64,
+}
+
+impl Run<'_> {
+    fn finish(&mut self) {
+        let end_ns = self.plan.horizon_ms * MS;
+        let mut now_ns = 0;
+        while now_ns < end_ns && self.outcome.failed.is_none() {
+            let fault_ns = self.due.last().map_or(u64::MAX, |timed| timed.at_us * 1000);
+            let next = self.model.borrow().next();
+            let process_ns = next.map_or(u64::MAX, |(due_ns, _)| due_ns);
+            now_ns = now_ns.max(fault_ns.min(self.launcher_ns).min(process_ns));
+            match next {
+                _ if fault_ns <= now_ns => self.fault(now_ns),
+                _ if self.launcher_ns <= now_ns => self.launch(now_ns),
+                Some((_, process)) => {
+                    self.model.borrow_mut().turn(now_ns, process);
+                    self.observe(now_ns);
+                }
+                None => {}
+            }
+        }
+        self.outcome.simulated_ms = now_ns.min(end_ns) / MS;
+        if self.outcome.failed.is_none() {
+            self.outcome.failed = self.checks.end(now_ns);
+        }
+        self.outcome.digest = self.checks.digest();
+        self.outcome.hashes = self.checks.hashes().to_vec();
+        self.outcome.log = self.checks.take_log();
+    }
+
+    /// A turn of the launcher.
+    fn launch(&mut self, now_ns: u64) {
+        self.model.borrow().site.set_now_ns(now_ns);
+        self.cell.look(now_ns);
+        if let Some(Verdict::GaveUp(failure)) = self.cell.take_verdict() {
+            let seen = Seen::GaveUp(&failure.message);
+            self.see(now_ns, seen);
+        }
+        self.cell.act(now_ns);
+        self.observe(now_ns);
+        self.see(now_ns, Seen::Looked);
+        self.turns += 1;
+        // It sleeps for 5 ms after its work, and is woken late.
+        let late_ns = noise(self.plan.seed, 2, self.turns) % 300_000;
+        self.launcher_ns = now_ns + LAUNCHER_NS + late_ns;
+    }
+
+    fn fault(&mut self, now_ns: u64) {
+        let Some(timed) = self.due.pop() else {
+            return;
+        };
+        self.model.borrow().site.set_now_ns(now_ns);
+        let is_effective = self.inject(now_ns, &timed.fault);
+        self.outcome.effective[timed.fault.kind()] += u32::from(is_effective);
+        if is_effective {
+            self.see(now_ns, Seen::Fault(&timed.fault));
+        }
+        self.observe(now_ns);
+    }
+
+    /// Lets the fault happen; false where it has nothing to act on.
+    fn inject(&mut self, now_ns: u64, fault: &Fault) -> bool {
+        let mut model = self.model.borrow_mut();
+        let arms = model.spec.arms;
+        let until = |ms: u64| now_ns + ms * MS;
+        match fault {
+            Fault::Kill {
+                process: of,
+                effect,
+            } => process(of, arms).is_some_and(|of| model.kill(of, *effect)),
+            Fault::Stop {
+                process: of,
+                for_ms,
+            } => process(of, arms).is_some_and(|of| model.stop(of, until(*for_ms))),
+            Fault::Starve {
+                process: of,
+                for_ms,
+            } => process(of, arms).is_some_and(|of| model.starve(of, until(*for_ms))),
+            Fault::Full { for_ms } => {
+                model.fill(until(*for_ms));
+                true
+            }
+            Fault::SlowDisk { for_ms, write_ms } => {
+                model.slow_disk(*write_ms, until(*for_ms));
+                true
+            }
+            Fault::FailedStart { process: of } => process(of, arms).is_some_and(|of| {
+                model.fail_start(of);
+                model.kill(of, None)
+            }),
+            Fault::SlowStart {
+                process: of,
+                for_ms,
+            } => process(of, arms).is_some_and(|of| {
+                model.slow_start(of, *for_ms);
+                model.kill(of, None)
+            }),
+            Fault::Launcher { for_ms } => {
+                self.launcher_ns = self.launcher_ns.max(until(*for_ms));
+                true
+            }
+        }
+    }
+
+    /// Shows the checks what happened, and what was sent.
+    fn observe(&mut self, now_ns: u64) {
+        let news: Vec<News> = self.model.borrow_mut().take_news();
+        for news in &news {
+            self.see(now_ns, Seen::News(news));
+        }
+        let (checks, failed) = (&mut self.checks, &mut self.outcome.failed);
+        self.observer.look(|seen| {
+            let found = checks.see(&Moment { now_ns, seen });
+            if failed.is_none() {
+                *failed = found;
+            }
+        });
+    }
+
+    fn see(&mut self, now_ns: u64, seen: Seen<'_>) {
+        let found = self.checks.see(&Moment { now_ns, seen });
+        if self.outcome.failed.is_none() {
+            self.outcome.failed = found;
+        }
+    }
+}
