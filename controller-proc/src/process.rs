@@ -178,8 +178,14 @@ impl<C: Clock> Turn for ControllerProcess<C> {
             // In lockstep that of the last tenth tick. The decision of this tick itself is kept
             // back: whether it has arrived depends on the scheduler.
             let wanted = tick.checked_sub(1).map(|t| t - t % DECISION_TICKS);
+            // Before its first tick this start of physics was asked for none.
+            let first = self.state.current().map_or(0, |state| state.resumed_tick);
+            let wanted = wanted.filter(|wanted| *wanted >= first);
             let is_complete = self.decision.choose(generation, tick, wanted);
             if self.lockstep && !is_complete && woken.now_ns <= until_ns {
+                // The wait may be as long as the launcher waits for the first sign of life.
+                self.health.idle();
+                self.health.publish_if_due(tick, woken.now_ns);
                 return Wait::Yield;
             }
             self.awaits = Await::Plan((generation, tick));

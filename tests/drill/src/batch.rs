@@ -3,7 +3,7 @@
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::ops::Range;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use serde::Serialize;
@@ -22,6 +22,30 @@ pub struct Failure {
     pub failed: Failed,
 }
 
+/// A seed whose plan failed.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct FailedSeed {
+    /// The seed.
+    pub seed: u64,
+    /// The invariant.
+    pub invariant: u32,
+}
+
+/// How many plans to run.
+#[derive(Clone, Debug)]
+pub struct Batch {
+    /// Seeds of the plans.
+    pub seeds: Range<u64>,
+    /// Longest time of a plan (ms).
+    pub longest_ms: u64,
+    /// Threads.
+    pub jobs: usize,
+    /// End after this time.
+    pub limit: Option<Duration>,
+    /// End with the first failure.
+    pub first: bool,
+}
+
 /// What many plans showed.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Summary {
@@ -35,33 +59,36 @@ pub struct Summary {
     pub digest: String,
     /// By kind: its name, faults that were drawn, and those that had something to act on.
     pub faults: Vec<(&'static str, u32, u32)>,
-    /// Seeds that failed.
-    pub failed: Vec<u64>,
+    /// Seeds that failed, and the invariant of each.
+    pub failed: Vec<FailedSeed>,
 }
 
-/// The plans of `seeds`, each of at most `longest_ms`, on `jobs` threads, until `limit` is over.
+/// Runs the plans of a batch.
 ///
 /// # Errors
 /// In words, where the generator drew a plan that cannot run.
-pub fn seeds(
-    seeds: Range<u64>,
-    longest_ms: u64,
-    jobs: usize,
-    limit: Option<Duration>,
-) -> Result<(Summary, Vec<Failure>), String> {
+pub fn run_all(batch: &Batch) -> Result<(Summary, Vec<Failure>), String> {
     let began = Instant::now();
-    let next = AtomicU64::new(seeds.start);
+    let next = AtomicU64::new(batch.seeds.start);
+    let has_failed = AtomicBool::new(false);
     let done = Mutex::new(Vec::new());
     let busy = Mutex::new(Duration::ZERO);
     let work = || {
         let since = Instant::now();
-        while limit.is_none_or(|limit| began.elapsed() < limit) {
+        let in_time = || batch.limit.is_none_or(|limit| began.elapsed() < limit);
+        while in_time() && !(batch.first && has_failed.load(Ordering::Relaxed)) {
             let seed = next.fetch_add(1, Ordering::Relaxed);
-            if seed >= seeds.end {
+            if seed >= batch.seeds.end {
                 break;
             }
-            let plan = draw::plan(seed, longest_ms);
+            let plan = draw::plan(seed, batch.longest_ms);
             let outcome = examine(&plan);
+            if outcome
+                .as_ref()
+                .is_ok_and(|outcome| outcome.failed.is_some())
+            {
+                has_failed.store(true, Ordering::Relaxed);
+            }
             if let Ok(mut done) = done.lock() {
                 done.push((plan, outcome));
             }
@@ -71,7 +98,7 @@ pub fn seeds(
         }
     };
     std::thread::scope(|scope| {
-        for _ in 0..jobs {
+        for _ in 0..batch.jobs {
             scope.spawn(work);
         }
     });
@@ -102,7 +129,8 @@ fn summarise(
             drawn[kind][1] += effective;
         }
         if let Some(failed) = outcome.failed {
-            summary.failed.push(plan.seed);
+            let (seed, invariant) = (plan.seed, failed.invariant);
+            summary.failed.push(FailedSeed { seed, invariant });
             failures.push(Failure { plan, failed });
         }
     }
@@ -128,13 +156,21 @@ pub fn examine(plan: &Plan) -> Result<Outcome, String> {
     let calm = run(&plan.calm())?;
     let of_calm = |tick: &u64| calm.hashes.iter().find(|(other, _)| other == tick);
     let differs = |(tick, hash): &&(u64, u64)| of_calm(tick).is_some_and(|(_, of)| of != hash);
-    if let Some((tick, _)) = outcome.hashes.iter().find(differs) {
-        outcome.failed = Some(Failed {
-            invariant: 19,
-            at_us: plan.horizon_ms * 1000,
-            why: format!("tick {tick} has another state hash than without faults"),
-        });
-    }
+    let state = outcome.hashes.iter().find(differs).map(|(tick, _)| *tick);
+    let of_calm = |tick: &u64| calm.decisions.get(tick);
+    let differs = |(tick, said): &(&u64, &u64)| of_calm(tick).is_some_and(|of| of != *said);
+    let decision = outcome
+        .decisions
+        .iter()
+        .find(differs)
+        .map(|(tick, _)| *tick);
+    let other = state.map(|tick| format!("tick {tick} has another state hash"));
+    let other = other.or(decision.map(|tick| format!("the decision of tick {tick} differs")));
+    outcome.failed = other.map(|other| Failed {
+        invariant: 19,
+        at_us: plan.horizon_ms * 1000,
+        why: format!("{other} from the run without faults"),
+    });
     Ok(outcome)
 }
 
@@ -145,5 +181,7 @@ fn leaves_motion(plan: &Plan) -> bool {
         Fault::Kill { process, .. } => process == "task" || process == "monitor",
         _ => false,
     };
-    !plan.faults.is_empty() && plan.faults.iter().all(|timed| is_other(&timed.fault))
+    let are_others = plan.faults.iter().all(|timed| is_other(&timed.fault));
+    let is_alone = plan.script.is_empty() && plan.people.is_empty();
+    is_alone && are_others && !plan.faults.is_empty()
 }

@@ -2,7 +2,7 @@
 
 use cell_model::random::Random;
 
-use crate::plan::{Fault, Plan, Timed, noise};
+use crate::plan::{Asked, Fault, Plan, Timed, noise};
 
 /// Scenes with their policies: arms of both kinds, two arms, equipment.
 const SCENES: [(&str, &[&str]); 5] = [
@@ -65,9 +65,17 @@ pub fn plan(seed: u64, longest_ms: u64) -> Plan {
         fifo: draw.percent(70),
         horizon_ms: draw.log(2_000.min(longest_ms), longest_ms),
         faults: Vec::new(),
+        script: Vec::new(),
+        people: Vec::new(),
     };
     let arms = if demo == "franka-pyramid" { 2 } else { 1 };
     plan.faults = faults(&mut draw, &plan, arms);
+    if draw.percent(40) {
+        plan.people = people(&mut draw, plan.horizon_ms);
+    }
+    if draw.percent(30) {
+        plan.script = script(&mut draw, &plan, arms);
+    }
     plan
 }
 
@@ -104,6 +112,60 @@ fn faults(draw: &mut Draw, plan: &Plan, arms: u8) -> Vec<Timed> {
     }
     faults.sort_by_key(|timed| timed.at_us);
     faults
+}
+
+/// Requests: what is paused is resumed some time later.
+fn people(draw: &mut Draw, horizon_ms: u64) -> Vec<Asked> {
+    let mut people = Vec::new();
+    for _ in 0..draw.log(1, 6) {
+        let at_us = draw.below(horizon_ms * 1000);
+        let after_us = at_us + 1000 * draw.log(5, 1_500);
+        let ask = |at_us: u64, action: &str, count: u32| Asked {
+            at_us,
+            action: action.to_owned(),
+            count,
+        };
+        match draw.below(5) {
+            0 => people.push(ask(at_us, "reset", 0)),
+            1 => people.push(ask(at_us, "task_reset", 0)),
+            2 => {
+                people.push(ask(at_us, "task_pause", 0));
+                people.push(ask(after_us, "task_resume", 0));
+            }
+            3 => {
+                people.push(ask(at_us, "step", 5));
+                people.push(ask(after_us, "resume", 0));
+            }
+            _ => {
+                people.push(ask(at_us, "pause", 0));
+                people.push(ask(after_us, "resume", 0));
+            }
+        }
+    }
+    people.sort_by_key(|asked| asked.at_us);
+    people
+}
+
+/// Lines about processes.
+fn script(draw: &mut Draw, plan: &Plan, arms: u8) -> Vec<String> {
+    let all = ipc_types::topic::Process::all(arms);
+    let mut times: Vec<u64> = (0..draw.log(1, 4))
+        .map(|_| draw.below(plan.horizon_ms))
+        .collect();
+    times.sort_unstable();
+    let line = |ms: u64| {
+        let of = draw.one(&all).map_or_else(String::new, |of| of.name());
+        let at_s = ms as f64 * 1.0e-3;
+        if draw.percent(70) {
+            format!("{{\"at_s\": {at_s}, \"do\": \"kill\", \"process\": \"{of}\"}}")
+        } else {
+            let for_s = draw.log(20, 1_500) as f64 * 1.0e-3;
+            format!(
+                "{{\"at_s\": {at_s}, \"do\": \"stop\", \"process\": \"{of}\", \"for_s\": {for_s}}}"
+            )
+        }
+    };
+    times.into_iter().map(line).collect()
 }
 
 fn fault(draw: &mut Draw, kind: usize, arms: u8) -> Fault {

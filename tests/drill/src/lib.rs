@@ -10,6 +10,8 @@ pub mod check;
 pub mod draw;
 pub mod model;
 mod observer;
+mod people;
 pub mod plan;
+pub mod planted;
 pub mod reduce;
 pub mod run;

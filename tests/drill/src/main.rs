@@ -11,10 +11,11 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::Parser;
+use serde::Serialize;
 
-use robocell_drill::batch::{self, Failure, examine};
+use robocell_drill::batch::{self, Batch, Failure, examine};
 use robocell_drill::plan::Plan;
-use robocell_drill::{draw, reduce};
+use robocell_drill::{draw, planted, reduce};
 
 /// An invariant did not hold.
 const FAILED: u8 = 5;
@@ -42,6 +43,15 @@ struct Args {
     /// Longest run of a plan (s).
     #[arg(long, default_value_t = 20)]
     longest: u64,
+    /// End with the first failure.
+    #[arg(long)]
+    first: bool,
+    /// Planted bugs, as FIRST..LAST or `all`: each is built and searched for `--minutes`.
+    #[arg(long, value_name = "BUGS")]
+    planted: Option<String>,
+    /// A patch of the tree that is built and searched for `--minutes`.
+    #[arg(long)]
+    patch: Option<PathBuf>,
     /// The summary as a line of JSON.
     #[arg(long)]
     json: bool,
@@ -74,17 +84,31 @@ fn work(args: &Args) -> Result<bool, String> {
     if let Some(plan) = one_plan(args)? {
         return one(&plan);
     }
+    let minutes = args.minutes.unwrap_or(10.0);
+    if let Some(bugs) = &args.planted {
+        return planted_bugs(bugs, minutes);
+    }
+    if let Some(patch) = &args.patch {
+        let found = planted::search_patch(patch, minutes)?;
+        print_json(&found)?;
+        return Ok(!found.found);
+    }
     let limit = args
         .minutes
         .map(|minutes| Duration::from_secs_f64(60.0 * minutes));
-    let longest_ms = args.longest * 1000;
-    let (summary, failures) = batch::seeds(args.seeds.clone(), longest_ms, args.jobs, limit)?;
+    let batch = Batch {
+        seeds: args.seeds.clone(),
+        longest_ms: args.longest * 1000,
+        jobs: args.jobs,
+        limit,
+        first: args.first,
+    };
+    let (summary, failures) = batch::run_all(&batch)?;
     for failure in failures.iter().take(5) {
         report(failure)?;
     }
-    let json = serde_json::to_string(&summary).map_err(|error| error.to_string())?;
     if args.json {
-        println!("{json}");
+        print_json(&summary)?;
     } else {
         println!(
             "{} plans, {:.0} simulated s at {:.1} times real time, digest {}, {} failed",
@@ -109,6 +133,30 @@ fn work(args: &Args) -> Result<bool, String> {
         ));
     }
     Ok(failures.is_empty())
+}
+
+/// Searches for planted bugs; whether each of them was found.
+fn planted_bugs(bugs: &str, minutes: f64) -> Result<bool, String> {
+    let wanted = if bugs == "all" {
+        0..u64::MAX
+    } else {
+        range(bugs)?
+    };
+    let mut all_found = true;
+    for (number, bug) in planted::all()? {
+        if wanted.contains(&u64::from(number)) {
+            let found = bug.search(&number.to_string(), minutes)?;
+            all_found &= found.found;
+            print_json(&found)?;
+        }
+    }
+    Ok(all_found)
+}
+
+fn print_json(value: &impl Serialize) -> Result<(), String> {
+    let json = serde_json::to_string(value).map_err(|error| error.to_string())?;
+    println!("{json}");
+    Ok(())
 }
 
 fn one_plan(args: &Args) -> Result<Option<Plan>, String> {

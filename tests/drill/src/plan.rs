@@ -1,7 +1,9 @@
 //! A plan: everything that a run of a simulated cell depends on.
 
 use cell_model::runs::spec::{RecordSpec, RunSpec, Speed};
+use ipc_types::operator::OperatorAction;
 use ipc_types::topic::Process;
+use ipc_types::{OperatorRequest, Pose, Wire};
 use serde::{Deserialize, Serialize};
 
 /// Nanoseconds in a millisecond.
@@ -24,6 +26,48 @@ pub struct Plan {
     pub horizon_ms: u64,
     /// Faults, in the order of their times.
     pub faults: Vec<Timed>,
+    /// Lines of the script, as in its file.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub script: Vec<String>,
+    /// Requests of people, in the order of their times.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub people: Vec<Asked>,
+}
+
+/// A request of a person, repeated until physics answers.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Asked {
+    /// Since the start of the run (us).
+    pub at_us: u64,
+    /// See [`Asked::ACTIONS`].
+    pub action: String,
+    /// Its argument.
+    #[serde(default)]
+    pub count: u32,
+}
+
+impl Asked {
+    /// The requests by name.
+    pub const ACTIONS: [(&str, OperatorAction); 7] = [
+        ("pause", OperatorAction::Pause),
+        ("resume", OperatorAction::Resume),
+        ("step", OperatorAction::Step),
+        ("reset", OperatorAction::Reset),
+        ("task_pause", OperatorAction::TaskPause),
+        ("task_resume", OperatorAction::TaskResume),
+        ("task_reset", OperatorAction::TaskReset),
+    ];
+
+    /// The request, if it has one of the names.
+    pub fn request(&self) -> Option<OperatorRequest> {
+        let named = |(name, _): &&(&str, OperatorAction)| *name == self.action;
+        let (_, action) = Self::ACTIONS.iter().find(named)?;
+        let mut request = OperatorRequest::zeroed();
+        request.action = action.code();
+        request.count = self.count;
+        request.pose = Pose::IDENTITY;
+        Some(request)
+    }
 }
 
 /// A fault at a virtual time.
@@ -154,10 +198,12 @@ impl Plan {
         }))
     }
 
-    /// The same without faults.
+    /// The same without faults and requests.
     pub fn calm(&self) -> Self {
         Self {
             faults: Vec::new(),
+            script: Vec::new(),
+            people: Vec::new(),
             ..self.clone()
         }
     }

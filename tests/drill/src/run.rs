@@ -1,11 +1,14 @@
 //! One run of a plan: the events in the order of their virtual times, each seen by the checks.
 
+use std::collections::BTreeMap;
+
 use supervisor::run::supervisor_loop::{SupervisorLoop, Terms, Verdict};
 use supervisor::supervision::Rules;
 
 use crate::check::{Checks, Failed, Moment, Seen};
 use crate::model::{Launcher, Model, News, Shared};
 use crate::observer::Observer;
+use crate::people::People;
 use crate::plan::{Fault, MS, Plan, Timed, noise, process};
 
 /// Time between two turns of the launcher (ns).
@@ -22,6 +25,8 @@ pub struct Outcome {
     pub digest: u64,
     /// Hashes of states, by tick.
     pub hashes: Vec<(u64, u64)>,
+    /// Hashes of what decisions say, by tick.
+    pub decisions: BTreeMap<u64, u64>,
     /// By kind: faults that had a process or a file to act on.
     pub effective: [u32; Fault::KINDS.len()],
     /// The last events, for people.
@@ -45,6 +50,7 @@ pub fn run(plan: &Plan) -> Result<Outcome, String> {
         observer,
         outcome: Outcome::default(),
         due: plan.faults.clone(),
+        people: People::new(plan, &model).map_err(|error| error.to_string())?,
         launcher_ns: 0,
         turns: 0,
         plan,
@@ -80,6 +86,7 @@ struct Run<'a> {
     outcome: Outcome,
     /// Faults that have not happened; the next one last.
     due: Vec<Timed>,
+    people: People,
     launcher_ns: u64,
     turns: u64,
 }
@@ -109,6 +116,7 @@ impl Run<'_> {
         }
         self.outcome.digest = self.checks.digest();
         self.outcome.hashes = self.checks.hashes().to_vec();
+        self.outcome.decisions.clone_from(self.checks.decisions());
         self.outcome.log = self.checks.take_log();
     }
 
@@ -121,6 +129,11 @@ impl Run<'_> {
             self.see(now_ns, seen);
         }
         self.cell.act(now_ns);
+        if let Some((asked, reply)) = self.people.turn(now_ns) {
+            let answered = |reply| Seen::Answered(&asked, reply);
+            let seen = reply.as_deref().map_or(Seen::Asked(&asked), answered);
+            self.see(now_ns, seen);
+        }
         self.observe(now_ns);
         self.see(now_ns, Seen::Looked);
         self.turns += 1;

@@ -148,6 +148,10 @@ impl<C: Clock> Turn for TaskProcess<C> {
                 self.awaits = Await::Statuses(arm, began_ns);
                 // Another process may wait for this process in the same way.
                 self.decision.update_connections();
+                // The wait may be as long as the launcher waits for the first sign of life.
+                let tick = self.decider.decided().map_or(0, |(_, tick)| tick);
+                self.health.idle();
+                self.health.publish_if_due(tick, woken.now_ns);
                 return Wait::Yield;
             }
             self.awaits = Await::State;
@@ -340,10 +344,14 @@ impl<C: Clock> TaskProcess<C> {
         };
         let (generation, tick) = (state.header.generation, state.header.tick);
         let waits = state.has(FLAG_LOCKSTEP) && !given_up;
+        // Before its first tick this start of physics was sent none.
+        let wanted = tick
+            .checked_sub(1)
+            .filter(|tick| *tick >= state.resumed_tick);
         for (arm, input) in self.statuses.iter_mut().enumerate().skip(arm) {
             // The status of this tick is kept back even if it arrived: which one arrives first
             // would depend on the scheduler (ADR 0004).
-            if !input.choose(generation, tick, tick.checked_sub(1)) && waits {
+            if !input.choose(generation, tick, wanted) && waits {
                 return Err(arm);
             }
         }

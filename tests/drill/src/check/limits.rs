@@ -108,7 +108,8 @@ const KEPT: usize = 2100;
 #[derive(Default)]
 struct Resumed {
     generation: u32,
-    states: VecDeque<(u64, Vec<[u64; 3]>)>,
+    /// Tick, number of the reset of the scene, and setpoints.
+    states: VecDeque<(u64, u32, Vec<[u64; 3]>)>,
 }
 
 impl Check for Resumed {
@@ -123,10 +124,13 @@ impl Check for Resumed {
         let (generation, tick) = (state.header.generation, state.header.tick);
         let now = setpoints(state);
         let is_first = std::mem::replace(&mut self.generation, generation) != generation;
-        let old = self.states.iter().find(|(other, _)| *other == tick);
-        let differs = is_first && old.is_some_and(|(_, old)| *old != now);
-        self.states.retain(|(other, _)| *other < tick);
-        self.states.push_back((tick, now));
+        // A request to reset the scene may have been obeyed again.
+        let reset = state.panel.scene_reset;
+        let mut states = self.states.iter();
+        let old = states.find(|(other, of, _)| (*other, *of) == (tick, reset));
+        let differs = is_first && old.is_some_and(|(.., old)| *old != now);
+        self.states.retain(|(other, ..)| *other < tick);
+        self.states.push_back((tick, reset, now));
         if self.states.len() > KEPT {
             self.states.pop_front();
         }

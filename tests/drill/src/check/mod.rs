@@ -1,20 +1,24 @@
 //! The invariants of a cell. Their numbers are those of the promises (docs/faults.md), not the
 //! constants of the code: a change of a constant must not move both.
 
+mod grip;
 mod hold;
 mod kept;
 mod limits;
+mod people;
 mod reports;
 mod supervision;
 mod writers;
 
+use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 use ipc_types::topic::Process;
-use ipc_types::{ArmCommand, ArmStatus, Decision, Health, TraceLine, WorldState};
+use ipc_types::{ArmCommand, ArmStatus, Decision, Health, OperatorReply, TraceLine, WorldState};
+use ipc_types::{Header, Wire};
 
 use crate::model::{Model, News};
-use crate::plan::{Fault, MS, Plan};
+use crate::plan::{Asked, Fault, MS, Plan};
 
 /// Events that are kept for people.
 const LOG: usize = 200;
@@ -38,6 +42,10 @@ pub enum Seen<'a> {
     News(&'a News),
     /// A fault that had an effect.
     Fault(&'a Fault),
+    /// A person sent a request.
+    Asked(&'a Asked),
+    /// Physics answered it.
+    Answered(&'a Asked, &'a OperatorReply),
     /// The launcher has looked.
     Looked,
     /// The launcher gave the run up.
@@ -88,6 +96,8 @@ pub struct Checks {
     log: Vec<String>,
     /// State hashes at every hundredth tick.
     hashes: Vec<(u64, u64)>,
+    /// Hashes of what decisions say, by tick.
+    decisions: BTreeMap<u64, u64>,
 }
 
 /// Fails with `why` if `fails`.
@@ -99,6 +109,8 @@ impl Checks {
     /// Of a run of `plan` in `model`.
     pub fn of(plan: &Plan, model: &Model) -> Self {
         let mut all = hold::all(plan);
+        all.extend(grip::all());
+        all.extend(people::all());
         all.extend(limits::all(model));
         all.extend(writers::all(plan));
         all.extend(kept::all());
@@ -109,6 +121,7 @@ impl Checks {
             hasher: DefaultHasher::new(),
             log: Vec::new(),
             hashes: Vec::new(),
+            decisions: BTreeMap::new(),
         }
     }
 
@@ -153,6 +166,11 @@ impl Checks {
         &self.hashes
     }
 
+    /// Hashes of what decisions say, by tick.
+    pub fn decisions(&self) -> &BTreeMap<u64, u64> {
+        &self.decisions
+    }
+
     fn record(&mut self, moment: &Moment<'_>) {
         let header = match moment.seen {
             Seen::State(state) => {
@@ -164,7 +182,11 @@ impl Checks {
                 }
                 state.header
             }
-            Seen::Decision(message) => message.header,
+            Seen::Decision(message) => {
+                let tick = message.header.tick;
+                self.decisions.insert(tick, said(message));
+                message.header
+            }
             Seen::Status(_, message) => message.header,
             Seen::Command(_, message) => message.header,
             Seen::Trace(line) => {
@@ -174,8 +196,12 @@ impl Checks {
             Seen::Health(_, message) => message.header,
             Seen::News(news) => return self.note(moment.now_ns, &format!("{news:?}")),
             Seen::Fault(fault) => return self.note(moment.now_ns, &format!("{fault:?}")),
+            Seen::Answered(asked, reply) => {
+                let text = format!("{asked:?}: {}, tick {}", reply.code, reply.header.tick);
+                return self.note(moment.now_ns, &text);
+            }
             Seen::GaveUp(why) => return self.note(moment.now_ns, &format!("given up: {why}")),
-            Seen::Looked => return,
+            Seen::Asked(_) | Seen::Looked => return,
         };
         (moment.now_ns, header.schema, header.tick).hash(&mut self.hasher);
         (header.generation, header.seq).hash(&mut self.hasher);
@@ -189,6 +215,15 @@ impl Checks {
         let at_s = now_ns as f64 * 1.0e-9;
         self.log.push(format!("{at_s:.6} s: {text}"));
     }
+}
+
+/// Hash of a decision without its header, which names its writer.
+fn said(decision: &Decision) -> u64 {
+    let mut decision = *decision;
+    decision.header = Header::zeroed();
+    let mut hasher = DefaultHasher::new();
+    decision.as_bytes().hash(&mut hasher);
+    hasher.finish()
 }
 
 /// Milliseconds of `ns`.

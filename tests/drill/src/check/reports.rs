@@ -16,8 +16,12 @@ const STARVED_MS: u64 = 60_000;
 
 pub(super) fn all(plan: &Plan) -> Vec<Box<dyn Check>> {
     let starved = Starved::default();
-    let mut all: Vec<Box<dyn Check>> = vec![Box::new(Deaths::default()), Box::new(starved)];
-    if plan.faults.is_empty() {
+    let mut all: Vec<Box<dyn Check>> = vec![
+        Box::new(Deaths::default()),
+        Box::new(starved),
+        Box::new(Damaged),
+    ];
+    if plan.faults.is_empty() && plan.script.is_empty() {
         all.push(Box::new(Calm));
     }
     all
@@ -41,6 +45,24 @@ impl Check for Calm {
             _ => return Ok(()),
         };
         Err(format!("without a fault it was said: {said}"))
+    }
+}
+
+/// No file is reported as damaged: none is.
+struct Damaged;
+
+impl Check for Damaged {
+    fn number(&self) -> u32 {
+        29
+    }
+
+    fn see(&mut self, moment: &Moment<'_>) -> Verdict {
+        let Seen::News(News::Logged(process, line)) = moment.seen else {
+            return Ok(());
+        };
+        fail_if(line.contains("damaged"), || {
+            format!("{} said: {line}", process.name())
+        })
     }
 }
 

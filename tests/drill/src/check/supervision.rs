@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use ipc_types::topic::Process;
+use ipc_types::world::FLAG_PAUSED;
 
 use super::{Check, Moment, Seen, Verdict, fail_if, ms};
 use crate::model::{Model, News, Signal};
@@ -128,6 +129,18 @@ impl Hangs {
         }
     }
 
+    /// The launcher says that a process hangs: it has to be stopped.
+    fn accused(&self, text: &str) -> Verdict {
+        let hangs = text.contains(" hangs: ") || text.contains(" gave no sign of life ");
+        let mut stopped = self.stopped.keys();
+        let is_stopped = stopped.any(|process| text.starts_with(&process.name()));
+        // Those that a script stops are not known here.
+        let by_script = self.plan.script.iter().any(|line| line.contains("stop"));
+        fail_if(hangs && !is_stopped && !by_script, || {
+            format!("of a process that works it was said: {text}")
+        })
+    }
+
     /// A stopped process that worked has to be gone by now.
     fn overdue(&self, now_ns: u64) -> Verdict {
         for (process, (since_ns, until_ns)) in &self.stopped {
@@ -174,6 +187,7 @@ impl Check for Hangs {
                 self.starved.remove(process);
                 self.works.remove(process);
             }
+            Seen::News(News::Warned(text)) => return self.accused(text),
             Seen::News(News::Signalled(process, Signal::Kill)) => {
                 let starves = self
                     .starved
@@ -181,7 +195,9 @@ impl Check for Hangs {
                     .is_some_and(|until| now_ns < *until);
                 let hangs = self.stopped.contains_key(process);
                 let starts = !self.works.contains_key(process);
-                return fail_if(starves && !hangs && !starts, || {
+                // The launcher kills for a script, too.
+                let by_itself = self.plan.script.is_empty();
+                return fail_if(starves && !hangs && !starts && by_itself, || {
                     format!("{} was killed for want of a core", process.name())
                 });
             }
@@ -226,7 +242,8 @@ impl Check for Verdicts {
 
 /// Some seconds after the last fault every process works, and no arm waits for another.
 struct Recovery {
-    lockstep: bool,
+    /// Time after the last fault (ms).
+    recovery_ms: u64,
     processes: Vec<Process>,
     last_fault_ns: u64,
     /// When each gave its last sign of life.
@@ -235,19 +252,25 @@ struct Recovery {
     decision_tick: u64,
     state: (u64, u64),
     holds: bool,
+    paused: bool,
     ended: bool,
 }
 
 impl Recovery {
     fn new(plan: &Plan, processes: Vec<Process>) -> Self {
         Self {
-            lockstep: plan.lockstep,
+            recovery_ms: if plan.lockstep {
+                RECOVERY_LOCKSTEP_MS
+            } else {
+                RECOVERY_MS
+            },
             processes,
             last_fault_ns: 0,
             alive: BTreeMap::new(),
             decision_tick: 0,
             state: (0, 0),
             holds: false,
+            paused: false,
             ended: false,
         }
     }
@@ -270,6 +293,7 @@ impl Check for Recovery {
             Seen::Decision(decision) => self.decision_tick = decision.header.tick,
             Seen::State(state) => {
                 self.state = (state.header.tick, moment.now_ns);
+                self.paused = state.has(FLAG_PAUSED);
                 self.holds = state.arms().iter().any(|arm| arm.stop_action > 0);
             }
             Seen::GaveUp(_) => self.ended = true,
@@ -279,12 +303,7 @@ impl Check for Recovery {
     }
 
     fn end(&mut self, now_ns: u64) -> Verdict {
-        let recovery_ms = if self.lockstep {
-            RECOVERY_LOCKSTEP_MS
-        } else {
-            RECOVERY_MS
-        };
-        if self.ended || now_ns < self.last_fault_ns + recovery_ms * MS {
+        if self.ended || now_ns < self.last_fault_ns + self.recovery_ms * MS {
             return Ok(());
         }
         for process in &self.processes {
@@ -300,7 +319,7 @@ impl Check for Recovery {
         let (tick, at_ns) = self.state;
         let age = tick.saturating_sub(self.decision_tick);
         fail_if(
-            age > 100 || now_ns - at_ns > 1000 * MS || self.holds,
+            !self.paused && (age > 100 || now_ns - at_ns > 1000 * MS || self.holds),
             || {
                 let holds = self.holds;
                 format!(

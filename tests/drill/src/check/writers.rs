@@ -71,6 +71,9 @@ impl Check for Order {
 struct World {
     /// By topic, generation and number: the physics that it answers.
     answers: BTreeMap<(u32, u32, u64), u32>,
+    /// The newest message of each topic that a physics used: a successor resumes with it in
+    /// force.
+    in_force: BTreeMap<u32, (u32, u64)>,
 }
 
 impl Check for World {
@@ -92,7 +95,12 @@ impl Check for World {
         for input in header.inputs().iter().filter(|input| input.topic != state) {
             let of = (input.topic, input.generation, input.seq);
             let answered = self.answers.get(&of).copied().unwrap_or(physics);
-            fail_if(answered != physics, || {
+            let message = (input.generation, input.seq);
+            let was_used = topic == state && self.in_force.get(&input.topic) >= Some(&message);
+            if topic == state {
+                self.in_force.insert(input.topic, message);
+            }
+            fail_if(answered != physics && !was_used, || {
                 format!(
                     "topic {topic} about physics {physics} used message {of:?}, which answers \
                      physics {answered}"
@@ -145,6 +153,12 @@ impl Check for Causes {
             let Some(before) = tick.checked_sub(1) else {
                 continue;
             };
+            let is_status = TopicId::ArmStatus(0).code() == input.topic
+                || TopicId::ArmStatus(1).code() == input.topic;
+            fail_if(is_status && input.age_ticks != 1, || {
+                let age = input.age_ticks;
+                format!("the decision of tick {tick} used a status of {age} ticks, not 1")
+            })?;
             let is_of_arm = matches!(moment.seen, Seen::Status(..) | Seen::Command(..));
             if is_of_arm && input.topic == decision {
                 let wanted = tick - (before - before % DECISION_TICKS);

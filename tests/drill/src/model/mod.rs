@@ -13,6 +13,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use cell_bus::{Bus, MemorySite};
+use cell_model::cells::script;
 use cell_model::runs::spec::RunSpec;
 use cell_model::{Cell, Data, runs::spec::Speed};
 use cell_rt::MemoryFile;
@@ -98,7 +99,9 @@ impl Model {
         let cell = Cell::load(&Data::checkout(), &plan.demo, plan.seed, None);
         let cell = cell.map_err(|error| error.to_string())?;
         let arms = u8::try_from(cell.arms.len()).map_err(|error| error.to_string())?;
-        let spec = plan.spec(arms).map_err(|error| error.to_string())?;
+        let mut spec = plan.spec(arms).map_err(|error| error.to_string())?;
+        let script = script::parse_for(&plan.script.join("\n"), "script", &cell);
+        spec.script = script.map_err(|error| error.to_string())?;
         let site = MemorySite::new(arms);
         let file = || MemoryFile::new(site.effects());
         let model = Self {

@@ -2,17 +2,28 @@
 
 use std::path::Path;
 
-use robocell_drill::batch::{examine, seeds};
+use robocell_drill::batch::{Batch, examine, run_all};
 use robocell_drill::plan::Plan;
+use robocell_drill::planted;
 
 /// Longest run of a plan (ms).
 const LONGEST_MS: u64 = 3_000;
 
 #[test]
 fn every_invariant_holds_and_the_result_does_not_depend_on_the_number_of_threads() {
-    let (first, failures) = seeds(1..13, LONGEST_MS, 2, None).unwrap();
+    let run = |jobs| {
+        let batch = Batch {
+            seeds: 1..21,
+            longest_ms: LONGEST_MS,
+            jobs,
+            limit: None,
+            first: false,
+        };
+        run_all(&batch).unwrap()
+    };
+    let (first, failures) = run(2);
     assert!(failures.is_empty(), "{failures:#?}");
-    let (second, _) = seeds(1..13, LONGEST_MS, 1, None).unwrap();
+    let (second, _) = run(1);
     assert_eq!(first.digest, second.digest);
     assert!(first.faults.iter().any(|(_, _, effective)| *effective > 0));
 }
@@ -25,5 +36,16 @@ fn the_plans_that_failed_once_hold() {
         let plan: Plan = serde_json::from_str(line).unwrap();
         let failed = examine(&plan).unwrap().failed;
         assert_eq!(failed, None, "{line}");
+    }
+}
+
+#[test]
+fn every_planted_bug_fits_one_place() {
+    let bugs = planted::all().unwrap();
+    assert!(bugs.len() >= 20, "{}", bugs.len());
+    for (_, bug) in bugs {
+        let text = std::fs::read_to_string(planted::root().join(&bug.file)).unwrap();
+        let changed = bug.change(&text).unwrap();
+        assert_ne!(changed, text, "{}", bug.about);
     }
 }
