@@ -243,7 +243,7 @@ impl Check for Verdicts {
 /// Some seconds after the last fault every process works, and no arm waits for another.
 struct Recovery {
     /// Time after the last fault (ms).
-    recovery_ms: u64,
+    within_ms: u64,
     processes: Vec<Process>,
     last_fault_ns: u64,
     /// When each gave its last sign of life.
@@ -259,7 +259,7 @@ struct Recovery {
 impl Recovery {
     fn new(plan: &Plan, processes: Vec<Process>) -> Self {
         Self {
-            recovery_ms: if plan.lockstep {
+            within_ms: if plan.lockstep {
                 RECOVERY_LOCKSTEP_MS
             } else {
                 RECOVERY_MS
@@ -303,7 +303,7 @@ impl Check for Recovery {
     }
 
     fn end(&mut self, now_ns: u64) -> Verdict {
-        if self.ended || now_ns < self.last_fault_ns + self.recovery_ms * MS {
+        if self.ended || now_ns < self.last_fault_ns + self.within_ms * MS {
             return Ok(());
         }
         for process in &self.processes {
