@@ -64,11 +64,12 @@ pub fn plan(seed: u64, longest_ms: u64) -> Plan {
         lockstep: draw.percent(40),
         fifo: draw.percent(70),
         horizon_ms: draw.log(2_000.min(longest_ms), longest_ms),
+        limit_s: None,
         faults: Vec::new(),
         script: Vec::new(),
         people: Vec::new(),
     };
-    let arms = if demo == "franka-pyramid" { 2 } else { 1 };
+    let arms = arms(demo);
     plan.faults = faults(&mut draw, &plan, arms);
     if draw.percent(40) {
         plan.people = people(&mut draw, plan.horizon_ms);
@@ -77,6 +78,40 @@ pub fn plan(seed: u64, longest_ms: u64) -> Plan {
         plan.script = script(&mut draw, &plan, arms);
     }
     plan
+}
+
+/// A plan that a real cell can play: in lockstep, with lines of a script that take no process
+/// back in time.
+pub fn scripted(seed: u64) -> Plan {
+    let mut draw = Draw(Random::new(noise(seed, 4, 0)));
+    let (demo, policies) = draw.one(&SCENES).copied().unwrap_or(SCENES[0]);
+    let policy = draw
+        .one(policies)
+        .map_or_else(String::new, |&p| p.to_owned());
+    let limit_s = 4 + u32::try_from(draw.below(6)).unwrap_or(0);
+    let mut plan = Plan {
+        seed,
+        demo: demo.to_owned(),
+        policy,
+        lockstep: true,
+        fifo: false,
+        horizon_ms: 1000 * u64::from(limit_s),
+        limit_s: Some(limit_s),
+        faults: Vec::new(),
+        script: Vec::new(),
+        people: Vec::new(),
+    };
+    plan.script = script(&mut draw, &plan, arms(demo));
+    // Which state a killed physics resumes from depends on the disk.
+    plan.script.retain(|line| !line.contains("physics"));
+    // The run ends with its limit, however long the processes take.
+    plan.horizon_ms = 600_000;
+    plan
+}
+
+/// Arms of a scene.
+fn arms(demo: &str) -> u8 {
+    if demo == "franka-pyramid" { 2 } else { 1 }
 }
 
 fn faults(draw: &mut Draw, plan: &Plan, arms: u8) -> Vec<Timed> {
@@ -118,7 +153,13 @@ fn faults(draw: &mut Draw, plan: &Plan, arms: u8) -> Vec<Timed> {
 fn people(draw: &mut Draw, horizon_ms: u64) -> Vec<Asked> {
     let mut people = Vec::new();
     for _ in 0..draw.log(1, 6) {
-        let at_us = draw.below(horizon_ms * 1000);
+        // Half of them while the arms are near their start.
+        let most_ms = if draw.percent(50) {
+            horizon_ms.min(1_500)
+        } else {
+            horizon_ms
+        };
+        let at_us = draw.below(most_ms * 1000);
         let after_us = at_us + 1000 * draw.log(5, 1_500);
         let ask = |at_us: u64, action: &str, count: u32| Asked {
             at_us,
@@ -149,23 +190,31 @@ fn people(draw: &mut Draw, horizon_ms: u64) -> Vec<Asked> {
 /// Lines about processes.
 fn script(draw: &mut Draw, plan: &Plan, arms: u8) -> Vec<String> {
     let all = ipc_types::topic::Process::all(arms);
-    let mut times: Vec<u64> = (0..draw.log(1, 4))
-        .map(|_| draw.below(plan.horizon_ms))
-        .collect();
-    times.sort_unstable();
-    let line = |ms: u64| {
+    let mut lines: Vec<(u64, String)> = Vec::new();
+    for _ in 0..draw.log(1, 4) {
+        let ms = draw.below(plan.horizon_ms);
         let of = draw.one(&all).map_or_else(String::new, |of| of.name());
-        let at_s = ms as f64 * 1.0e-3;
-        if draw.percent(70) {
-            format!("{{\"at_s\": {at_s}, \"do\": \"kill\", \"process\": \"{of}\"}}")
-        } else {
+        if !draw.percent(70) {
             let for_s = draw.log(20, 1_500) as f64 * 1.0e-3;
-            format!(
-                "{{\"at_s\": {at_s}, \"do\": \"stop\", \"process\": \"{of}\", \"for_s\": {for_s}}}"
-            )
+            lines.push((
+                ms,
+                format!("\"stop\", \"process\": \"{of}\", \"for_s\": {for_s}"),
+            ));
+            continue;
         }
+        let kill = format!("\"kill\", \"process\": \"{of}\"");
+        // Its successor may be starting.
+        if draw.percent(30) {
+            lines.push((ms + draw.log(1, 60), kill.clone()));
+        }
+        lines.push((ms, kill));
+    }
+    lines.sort();
+    let line = |(ms, what): (u64, String)| {
+        let at_s = ms as f64 * 1.0e-3;
+        format!("{{\"at_s\": {at_s}, \"do\": {what}}}")
     };
-    times.into_iter().map(line).collect()
+    lines.into_iter().map(line).collect()
 }
 
 fn fault(draw: &mut Draw, kind: usize, arms: u8) -> Fault {

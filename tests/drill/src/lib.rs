@@ -8,6 +8,7 @@
 pub mod batch;
 pub mod check;
 pub mod draw;
+pub mod fidelity;
 pub mod model;
 mod observer;
 mod people;

@@ -15,7 +15,7 @@ use serde::Serialize;
 
 use robocell_drill::batch::{self, Batch, Failure, examine};
 use robocell_drill::plan::Plan;
-use robocell_drill::{draw, planted, reduce};
+use robocell_drill::{draw, fidelity, planted, reduce};
 
 /// An invariant did not hold.
 const FAILED: u8 = 5;
@@ -49,6 +49,9 @@ struct Args {
     /// Planted bugs, as FIRST..LAST or `all`: each is built and searched for `--minutes`.
     #[arg(long, value_name = "BUGS")]
     planted: Option<String>,
+    /// So many plans are also run as real processes, and the state hashes compared.
+    #[arg(long, value_name = "COUNT")]
+    fidelity: Option<u64>,
     /// A patch of the tree that is built and searched for `--minutes`.
     #[arg(long)]
     patch: Option<PathBuf>,
@@ -87,6 +90,9 @@ fn work(args: &Args) -> Result<bool, String> {
     let minutes = args.minutes.unwrap_or(10.0);
     if let Some(bugs) = &args.planted {
         return planted_bugs(bugs, minutes);
+    }
+    if let Some(count) = args.fidelity {
+        return fidelity_of(count);
     }
     if let Some(patch) = &args.patch {
         let found = planted::search_patch(patch, minutes)?;
@@ -151,6 +157,18 @@ fn planted_bugs(bugs: &str, minutes: f64) -> Result<bool, String> {
         }
     }
     Ok(all_found)
+}
+
+/// Compares the drill with real cells; whether all are equal.
+fn fidelity_of(count: u64) -> Result<bool, String> {
+    let mut equal = 0;
+    for seed in 1..=count {
+        let compared = fidelity::compare(seed)?;
+        equal += u64::from(compared.is_equal());
+        print_json(&compared)?;
+    }
+    println!("{equal} of {count} are equal");
+    Ok(equal == count)
 }
 
 fn print_json(value: &impl Serialize) -> Result<(), String> {

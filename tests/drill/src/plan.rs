@@ -24,6 +24,10 @@ pub struct Plan {
     pub fifo: bool,
     /// Virtual time at which the run ends (ms).
     pub horizon_ms: u64,
+    /// Simulated time after which the run ends, if its job is not done before (s); `None` for a
+    /// run that only the horizon ends.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limit_s: Option<u32>,
     /// Faults, in the order of their times.
     pub faults: Vec<Timed>,
     /// Lines of the script, as in its file.
@@ -193,7 +197,7 @@ impl Plan {
             "run": 1, "cell": "drill", "demo": self.demo, "policy": self.policy,
             "seed": self.seed, "speed": speed, "data_dir": null, "run_dir": "", "root": "",
             "prefix": "", "arms": arms, "robot": null, "script": [], "paused": false,
-            "until_done": false, "time_limit_s": null, "real_time": self.fifo, "page": null,
+            "until_done": self.limit_s.is_some(), "time_limit_s": self.limit_s, "real_time": self.fifo, "page": null,
             "record": RecordSpec::default(),
         }))
     }

@@ -51,6 +51,7 @@ pub fn run(plan: &Plan) -> Result<Outcome, String> {
         outcome: Outcome::default(),
         due: plan.faults.clone(),
         people: People::new(plan, &model).map_err(|error| error.to_string())?,
+        has_finished: false,
         launcher_ns: 0,
         turns: 0,
         plan,
@@ -87,6 +88,8 @@ struct Run<'a> {
     /// Faults that have not happened; the next one last.
     due: Vec<Timed>,
     people: People,
+    /// The job is done, or its time is over.
+    has_finished: bool,
     launcher_ns: u64,
     turns: u64,
 }
@@ -95,7 +98,7 @@ impl Run<'_> {
     fn finish(&mut self) {
         let end_ns = self.plan.horizon_ms * MS;
         let mut now_ns = 0;
-        while now_ns < end_ns && self.outcome.failed.is_none() {
+        while now_ns < end_ns && self.outcome.failed.is_none() && !self.has_finished {
             let fault_ns = self.due.last().map_or(u64::MAX, |timed| timed.at_us * 1000);
             let next = self.model.borrow().next();
             let process_ns = next.map_or(u64::MAX, |(due_ns, _)| due_ns);
@@ -124,9 +127,10 @@ impl Run<'_> {
     fn launch(&mut self, now_ns: u64) {
         self.model.borrow().site.set_now_ns(now_ns);
         self.cell.look(now_ns);
-        if let Some(Verdict::GaveUp(failure)) = self.cell.take_verdict() {
-            let seen = Seen::GaveUp(&failure.message);
-            self.see(now_ns, seen);
+        match self.cell.take_verdict() {
+            Some(Verdict::GaveUp(failure)) => self.see(now_ns, Seen::GaveUp(&failure.message)),
+            Some(Verdict::Finished) => self.has_finished = true,
+            None => {}
         }
         self.cell.act(now_ns);
         if let Some((asked, reply)) = self.people.turn(now_ns) {

@@ -8,8 +8,9 @@ use ipc_types::topic::Process;
 use super::{Check, Moment, Seen, Verdict, fail_if};
 use crate::model::News;
 
-/// A kill takes physics back by at most a second.
-const LOST_TICKS: u64 = 1000;
+/// A kill takes physics back by at most a second, and its health says at 100 Hz when it would
+/// not.
+const LOST_TICKS: u64 = 1020;
 
 pub(super) fn all() -> Vec<Box<dyn Check>> {
     vec![
@@ -37,7 +38,9 @@ impl Check for Physics {
 
     fn see(&mut self, moment: &Moment<'_>) -> Verdict {
         match moment.seen {
-            Seen::News(News::Logged(Process::Physics, line)) => self.said |= line.contains("lost"),
+            Seen::News(News::Logged(Process::Physics, line)) => {
+                self.said |= line.contains("lost") || line.contains("is not saved");
+            }
             Seen::Health(Process::Physics, health) => self.warned |= health.fault().is_some(),
             Seen::State(state) => return self.state(state),
             _ => {}
@@ -70,7 +73,8 @@ impl Physics {
 #[derive(Default)]
 struct Same {
     generation: u32,
-    hashes: BTreeMap<u64, u64>,
+    /// Hash, and number of the reset of the scene, by tick.
+    hashes: BTreeMap<u64, (u64, u32)>,
 }
 
 impl Check for Same {
@@ -84,10 +88,12 @@ impl Check for Same {
         };
         let (generation, tick) = (state.header.generation, state.header.tick);
         let is_new = std::mem::replace(&mut self.generation, generation) != generation;
-        let old = self.hashes.get(&tick).copied();
-        let differs = is_new && old.is_some_and(|old| old != state.state_hash);
+        // A request to reset the scene may have been obeyed again.
+        let reset = state.panel.scene_reset;
+        let old = self.hashes.get(&tick).filter(|(_, of)| *of == reset);
+        let differs = is_new && old.is_some_and(|(old, _)| *old != state.state_hash);
         self.hashes.split_off(&tick);
-        self.hashes.insert(tick, state.state_hash);
+        self.hashes.insert(tick, (state.state_hash, reset));
         fail_if(differs, || {
             format!("physics {generation} resumed another world at tick {tick}")
         })

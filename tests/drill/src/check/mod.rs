@@ -14,6 +14,7 @@ use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 use ipc_types::topic::Process;
+use ipc_types::world::FLAG_ENDING;
 use ipc_types::{ArmCommand, ArmStatus, Decision, Health, OperatorReply, TraceLine, WorldState};
 use ipc_types::{Header, Wire};
 
@@ -176,7 +177,7 @@ impl Checks {
             Seen::State(state) => {
                 let tick = state.header.tick;
                 state.state_hash.hash(&mut self.hasher);
-                if tick.is_multiple_of(100) {
+                if tick.is_multiple_of(100) || state.has(FLAG_ENDING) {
                     self.hashes.retain(|(other, _)| *other < tick);
                     self.hashes.push((tick, state.state_hash));
                 }
