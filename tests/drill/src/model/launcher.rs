@@ -14,7 +14,6 @@ use super::{Model, News, Shared, Signal};
 use crate::plan::MS;
 
 /// As for the launcher's thread of the bus.
-const MAX_GAP_NS: u64 = 20 * MS;
 const OPERATOR_PATIENCE_NS: u64 = 100 * MS;
 
 /// The machine of a simulated cell.
@@ -128,7 +127,8 @@ impl Machine for Launcher {
             state: self.state.take().map(|state| Box::new(*state)),
             decision: self.decision.take().map(|decision| Box::new(*decision)),
             healths: self.healths.iter_mut().filter_map(health).collect(),
-            listened_ns: (now_ns - before_ns).min(MAX_GAP_NS),
+            // By the launcher's thread of the bus, which is scheduled when its main thread is not.
+            listened_ns: now_ns - before_ns,
             answer: self.answer(now_ns),
         }
     }
