@@ -103,11 +103,8 @@ impl Check for Same {
 /// After a restart of physics the task continues from the checkpoint of the same tick.
 #[derive(Default)]
 struct Task {
+    /// Tick from which the newest physics resumed; 0 with a fresh scene.
     resumed_tick: u64,
-    /// Generation of physics that is waited for, and since when.
-    awaits: Option<(u32, u64)>,
-    /// Which start of the task works, and when it began.
-    generation: u32,
 }
 
 impl Check for Task {
@@ -117,20 +114,11 @@ impl Check for Task {
 
     fn see(&mut self, moment: &Moment<'_>) -> Verdict {
         match moment.seen {
-            Seen::State(state) => {
-                let generation = state.header.generation;
-                if self.awaits.is_none_or(|(of, _)| of != generation) {
-                    self.awaits = Some((generation, moment.now_ns));
-                    self.resumed_tick = state.resumed_tick;
-                }
-            }
+            Seen::State(state) => self.resumed_tick = state.resumed_tick,
             Seen::Trace(line) => {
-                let text = line.text.as_str();
-                self.generation = line.header.generation;
-                let lost = text.starts_with("[task] started without");
-                let resumed = self.resumed_tick > 0;
-                return fail_if(lost && resumed, || {
-                    let tick = self.resumed_tick;
+                let lost = line.text.as_str().starts_with("[task] started without");
+                let tick = self.resumed_tick;
+                return fail_if(lost && tick > 0, || {
                     format!("physics resumed at tick {tick}, and the task lost its checkpoint")
                 });
             }

@@ -15,7 +15,7 @@ use std::rc::Rc;
 use cell_bus::{Bus, MemorySite};
 use cell_model::cells::script;
 use cell_model::runs::spec::RunSpec;
-use cell_model::{Cell, Data, runs::spec::Speed};
+use cell_model::{Cell, Data};
 use cell_rt::MemoryFile;
 use controller_proc::Controllers;
 use ipc_types::topic::Process;
@@ -134,11 +134,6 @@ impl Model {
     /// The processes of the cell.
     pub fn processes(&self) -> Vec<Process> {
         Process::all(self.spec.arms)
-    }
-
-    /// Whether the run is in lockstep.
-    pub fn is_lockstep(&self) -> bool {
-        self.spec.speed == Speed::Max
     }
 
     /// What happened since the last call.

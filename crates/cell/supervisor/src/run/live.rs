@@ -248,7 +248,7 @@ impl LiveCell {
         &self.cell.machine().plan
     }
 
-    /// The end that the supervisor's loop found, with what was reached by then.
+    /// Takes the end that the supervisor's loop found, with a summary of the run until then.
     fn take_verdict(&mut self, now: u64) {
         match self.cell.take_verdict() {
             Some(Verdict::GaveUp(failure)) => self.finish_with(now, End::GaveUp(failure)),

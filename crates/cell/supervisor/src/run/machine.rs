@@ -48,7 +48,7 @@ pub trait Machine {
     /// since the last call; `silence_ns`: of the most silent process.
     fn remove_half_made(&mut self, now_ns: u64, ended: bool, silence_ns: u64);
 
-    /// What was received on the bus since the last call.
+    /// Takes the messages that the bus delivered since the last call.
     fn news(&mut self, now_ns: u64) -> News;
 
     /// For how long the launcher has not received on the bus (ns).

@@ -129,7 +129,7 @@ impl<M: Machine> SupervisorLoop<M> {
         self.execute_script(now);
     }
 
-    /// Second half of a turn: does what is due at `now` (ns).
+    /// Second half of a turn: executes the actions that are due at `now` (ns).
     pub fn act(&mut self, now: u64) {
         let mut actions = Vec::new();
         self.supervisor.poll(now, &mut actions);

@@ -10,7 +10,7 @@ use crate::supervision::Event;
 /// Different faults that are told of one cell.
 const MOST_FAULTS: usize = 20;
 
-/// What was heard since the launcher last looked.
+/// Messages that arrived since the launcher looked last.
 #[derive(Default)]
 pub struct News {
     /// The newest state of the world.

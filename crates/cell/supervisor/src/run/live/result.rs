@@ -9,7 +9,7 @@ use super::LiveCell;
 use crate::run::plan::Scene;
 
 impl LiveCell {
-    /// What was reached until `now` (ns).
+    /// Summary of the run until `now` (ns); `None` where physics never ran.
     pub(super) fn summary(&self, now: u64) -> Option<RunSummary> {
         let (watch, supervisor) = (self.watch(), self.cell.supervisor());
         let state = watch.state()?;
