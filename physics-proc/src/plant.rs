@@ -97,6 +97,11 @@ impl Plant {
         })
     }
 
+    /// See [`World::make_ideal`].
+    pub(crate) fn make_ideal(&mut self) {
+        self.world.make_ideal();
+    }
+
     /// State of the operator's switches.
     pub(crate) fn switches(&self) -> Switches {
         Switches {

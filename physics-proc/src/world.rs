@@ -105,6 +105,11 @@ impl World {
         Ok(world)
     }
 
+    /// See [`Engine::make_ideal`].
+    pub(crate) fn make_ideal(&mut self) {
+        self.engine.make_ideal();
+    }
+
     /// Simulates one tick.
     pub fn step(&mut self, input: &StepInput<'_>) {
         let (tick, engine) = (self.tick, &mut self.engine);

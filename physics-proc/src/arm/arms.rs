@@ -65,7 +65,7 @@ impl Arms {
     /// Pose of the tool centre point of an arm; `None` if the cell has no arm of that index.
     pub(crate) fn tcp(&self, engine: &Engine, arm: usize) -> Option<Isometry3<f64>> {
         let (arm, measured) = self.bodies.get(arm).zip(self.measured.get(arm))?;
-        Some(finite_tcp(engine.rapier(), arm, measured))
+        Some(finite_tcp(engine, arm, measured))
     }
 
     /// Drives the joints by the commands, or as the watchdogs decide without them. Returns what
@@ -111,6 +111,10 @@ impl Arms {
     pub(crate) fn measure(&mut self, engine: &Engine) {
         let arms = self.bodies.iter().zip(&mut self.measured);
         for ((arm, measured), drive) in arms.zip(&mut self.drives) {
+            if engine.is_ideal() {
+                measured.follow(&arm.robot, drive.watchdog().setpoint());
+                continue;
+            }
             // A fault is never cleared here: only a reset, which replaces the engine, ends it.
             drive.watchdog_mut().fault |= !measured.read(arm, engine.rapier());
         }
@@ -150,7 +154,7 @@ impl Arms {
     pub(crate) fn write(&self, engine: &Engine, arm: usize, out: &mut ArmState) {
         let (body, measured) = (&self.bodies[arm], &self.measured[arm]);
         self.drives[arm].write(body, measured, out);
-        out.tcp = convert::to_wire(&finite_tcp(engine.rapier(), body, measured));
+        out.tcp = convert::to_wire(&finite_tcp(engine, body, measured));
         out.obstacle_contacts = self.touches[arm].obstacles;
         out.self_contacts = self.touches[arm].own_parts;
     }

@@ -1,12 +1,14 @@
 //! Joints as measured.
 
 use cell_model::Robot;
+use cell_model::ramp::RampState;
 use ipc_types::validate::{MAX_JOINT_POSITION, MAX_JOINT_VELOCITY};
 use nalgebra::Isometry3;
 use rapier3d_f64::prelude::PhysicsWorld;
 
 use crate::arm::multibody::Arm;
 use crate::engine::convert;
+use crate::engine::simulation::Engine;
 
 /// Joints of one arm, by joint of the chain. Always finite and plausible: a state the
 /// engine lost keeps its last good values.
@@ -41,6 +43,14 @@ impl Measured {
         &self.velocities
     }
 
+    /// Takes the setpoints of the controlled joints as measured.
+    pub(crate) fn follow(&mut self, robot: &Robot, setpoints: impl Iterator<Item = RampState>) {
+        for (&joint, setpoint) in robot.arm_joints.iter().zip(setpoints) {
+            self.positions[joint] = setpoint.position;
+            self.velocities[joint] = setpoint.velocity;
+        }
+    }
+
     /// Reads the joints from the engine; `false` if they are not plausible, which keeps the
     /// last values.
     pub(crate) fn read(&mut self, arm: &Arm, world: &PhysicsWorld) -> bool {
@@ -58,11 +68,12 @@ impl Measured {
     }
 }
 
-/// The TCP in the world frame: from the engine, or from the last good joints if the engine has
-/// no finite pose.
-pub(crate) fn finite_tcp(engine: &PhysicsWorld, arm: &Arm, measured: &Measured) -> Isometry3<f64> {
+/// The TCP in the world frame: from the engine, or from the joints if the engine has no finite
+/// pose, or does not move them.
+pub(crate) fn finite_tcp(engine: &Engine, arm: &Arm, measured: &Measured) -> Isometry3<f64> {
+    let (is_ideal, engine) = (engine.is_ideal(), engine.rapier());
     let tcp = arm.tcp(engine);
-    if tcp
+    if !is_ideal && tcp
         .translation
         .vector
         .iter()

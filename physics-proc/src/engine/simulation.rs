@@ -19,6 +19,8 @@ pub(crate) struct Engine {
     quarantined: u32,
     /// The engine panicked and is not stepped any more.
     broken: bool,
+    /// Bodies rest, and the joints of arms are where their setpoints are.
+    ideal: bool,
 }
 
 /// The part of the engine in a snapshot.
@@ -37,14 +39,26 @@ impl Engine {
             objects,
             quarantined: 0,
             broken: false,
+            ideal: false,
         }
+    }
+
+    /// From now on bodies rest, and joints are where their setpoints are: for a model of the
+    /// processes, which has no use for dynamics.
+    pub(crate) fn make_ideal(&mut self) {
+        self.ideal = true;
+    }
+
+    /// Whether there are no dynamics.
+    pub(crate) fn is_ideal(&self) -> bool {
+        self.ideal
     }
 
     /// Integrates one tick. The engine panics when a driven joint stops being finite: the scene
     /// then stays at rest until a reset, which replaces the engine.
     pub(crate) fn step(&mut self, hooks: &dyn PhysicsHooks) {
         // The engine may be in any state after a panic: it is not stepped again, only replaced.
-        if self.broken {
+        if self.broken || self.ideal {
             return;
         }
         let rapier = &mut self.rapier;

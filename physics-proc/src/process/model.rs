@@ -11,7 +11,7 @@ use crate::resume::{Resume, Store};
 use crate::script_report::ScriptReport;
 
 /// The loop of a modelled physics, whose states are in `store` and whose requests are in
-/// `requests`.
+/// `requests`. With `is_ideal` nothing has dynamics: joints are where their setpoints are.
 ///
 /// # Errors
 ///
@@ -21,9 +21,12 @@ pub fn model<C: Clock, S: Store>(
     bus: &Bus,
     store: S,
     requests: &MemoryFile,
-    clock: C,
+    (clock, is_ideal): (C, bool),
 ) -> Result<impl Turn + use<C, S>, ProcessError> {
     let mut plant = Plant::new(&start.cell, &start.spec)?;
+    if is_ideal {
+        plant.make_ideal();
+    }
     let was_one = start.generation > 1;
     let resume = Resume::model(store, requests, start.spec.run, was_one, &mut plant);
     let fifo = start.real_time(PHYSICS_PRIORITY, 0);

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use serde::Serialize;
 
 use crate::check::Failed;
-use crate::draw;
+use crate::draw::{self, Level};
 use crate::plan::{Fault, Plan};
 use crate::run::{Outcome, run};
 
@@ -36,6 +36,8 @@ pub struct FailedSeed {
 pub struct Batch {
     /// Seeds of the plans.
     pub seeds: Range<u64>,
+    /// What they are about.
+    pub level: Level,
     /// Longest time of a plan (ms).
     pub longest_ms: u64,
     /// Threads.
@@ -74,14 +76,14 @@ pub fn run_all(batch: &Batch) -> Result<(Summary, Vec<Failure>), String> {
     let done = Mutex::new(Vec::new());
     let busy = Mutex::new(Duration::ZERO);
     let work = || {
-        let since = Instant::now();
+        let since = processor_time();
         let in_time = || batch.limit.is_none_or(|limit| began.elapsed() < limit);
         while in_time() && !(batch.first && has_failed.load(Ordering::Relaxed)) {
             let seed = next.fetch_add(1, Ordering::Relaxed);
             if seed >= batch.seeds.end {
                 break;
             }
-            let plan = draw::plan(seed, batch.longest_ms);
+            let plan = draw::plan(seed, batch.level, batch.longest_ms);
             let outcome = examine(&plan);
             if outcome
                 .as_ref()
@@ -94,7 +96,7 @@ pub fn run_all(batch: &Batch) -> Result<(Summary, Vec<Failure>), String> {
             }
         }
         if let Ok(mut busy) = busy.lock() {
-            *busy += since.elapsed();
+            *busy += processor_time().saturating_sub(since);
         }
     };
     std::thread::scope(|scope| {
@@ -106,6 +108,13 @@ pub fn run_all(batch: &Batch) -> Result<(Summary, Vec<Failure>), String> {
     done.sort_by_key(|(plan, _)| plan.seed);
     let busy = busy.into_inner().map_err(|error| error.to_string())?;
     summarise(done, busy)
+}
+
+/// Time for which this thread had a core: what other programs take does not count.
+fn processor_time() -> Duration {
+    let stat = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    let ran_ns = stat.split(' ').next().and_then(|ns| ns.parse().ok());
+    Duration::from_nanos(ran_ns.unwrap_or(0))
 }
 
 fn summarise(
@@ -121,7 +130,7 @@ fn summarise(
         summary.schedules += 1;
         summary.simulated_s += outcome.simulated_ms as f64 * 1.0e-3;
         (plan.seed, outcome.digest).hash(&mut digest);
-        let ran_us = outcome.simulated_ms * 1000;
+        let ran_us = outcome.ran_ms * 1000;
         for timed in plan.faults.iter().filter(|timed| timed.at_us < ran_us) {
             drawn[timed.fault.kind()][0] += 1;
         }

@@ -1,8 +1,26 @@
 //! Draws plans.
 
 use cell_model::random::Random;
+use clap::ValueEnum;
 
 use crate::plan::{Asked, Fault, Plan, Timed, noise};
+use crate::scene::Scene;
+
+mod behaviour;
+mod scene;
+
+/// What the plans of a batch are about. All levels run the same code; the scenes differ.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Level {
+    /// Arms of one joint and a task that costs nothing: loops, slots, fences and supervision.
+    Loops,
+    /// Generated arms that RMPflow moves.
+    Motion,
+    /// The demos, and generated scenes of up to 160 objects.
+    Whole,
+    /// All of them.
+    Mixed,
+}
 
 /// Scenes with their policies: arms of both kinds, two arms, equipment.
 const SCENES: [(&str, &[&str]); 5] = [
@@ -45,6 +63,10 @@ impl Draw {
         drawn
     }
 
+    fn index(&mut self, below: usize) -> usize {
+        usize::try_from(self.below(below as u64)).unwrap_or(0)
+    }
+
     fn one<'a, T>(&mut self, of: &'a [T]) -> Option<&'a T> {
         let index = self.below(of.len() as u64);
         of.get(usize::try_from(index).ok()?)
@@ -52,24 +74,25 @@ impl Draw {
 }
 
 /// The plan of `seed`, with a time of at most `longest_ms`.
-pub fn plan(seed: u64, longest_ms: u64) -> Plan {
+pub fn plan(seed: u64, level: Level, longest_ms: u64) -> Plan {
     let mut draw = Draw(Random::new(noise(seed, 3, 0)));
-    let (demo, policies) = draw.one(&SCENES).copied().unwrap_or(SCENES[0]);
-    let mut plan = Plan {
-        seed,
-        demo: demo.to_owned(),
-        policy: draw
-            .one(policies)
-            .map_or_else(String::new, |&p| p.to_owned()),
-        lockstep: draw.percent(40),
-        fifo: draw.percent(70),
-        horizon_ms: draw.log(2_000.min(longest_ms), longest_ms),
-        limit_s: None,
-        faults: Vec::new(),
-        script: Vec::new(),
-        people: Vec::new(),
+    let level = match (level, draw.below(10)) {
+        (Level::Mixed, 0..=5) => Level::Loops,
+        (Level::Mixed, 6 | 7) => Level::Motion,
+        (Level::Mixed, _) => Level::Whole,
+        (level, _) => level,
     };
-    let arms = arms(demo);
+    let scene = match level {
+        Level::Loops => Some(scene::small(&mut draw)),
+        Level::Motion => Some(scene::arms(&mut draw)),
+        Level::Whole | Level::Mixed => draw.percent(50).then(|| scene::whole(&mut draw)),
+    };
+    let longest_ms = longest_ms / scene.as_ref().map_or(1, weight);
+    let mut plan = plan_of(&mut draw, seed, scene);
+    plan.lockstep = draw.percent(40);
+    plan.fifo = draw.percent(70);
+    plan.horizon_ms = draw.log(2_000.min(longest_ms), longest_ms);
+    let arms = arms(&plan);
     plan.faults = faults(&mut draw, &plan, arms);
     if draw.percent(40) {
         plan.people = people(&mut draw, plan.horizon_ms);
@@ -80,28 +103,46 @@ pub fn plan(seed: u64, longest_ms: u64) -> Plan {
     plan
 }
 
+/// How much shorter a run has to be for its cost.
+fn weight(scene: &Scene) -> u64 {
+    1 + scene.objects.len() as u64 / 30
+}
+
+/// A plan in which nothing happens.
+fn plan_of(draw: &mut Draw, seed: u64, scene: Option<Scene>) -> Plan {
+    let (demo, policies) = draw.one(&SCENES).copied().unwrap_or(SCENES[0]);
+    let policy = draw.one(policies).copied().unwrap_or_default();
+    let policy = scene.as_ref().map_or(policy, Scene::policy).to_owned();
+    let demo = if scene.is_some() {
+        crate::scene::NAME
+    } else {
+        demo
+    };
+    Plan {
+        seed,
+        demo: demo.to_owned(),
+        scene,
+        policy,
+        lockstep: true,
+        fifo: false,
+        horizon_ms: 0,
+        limit_s: None,
+        faults: Vec::new(),
+        script: Vec::new(),
+        people: Vec::new(),
+    }
+}
+
 /// A plan that a real cell can play: in lockstep, with lines of a script that take no process
 /// back in time.
 pub fn scripted(seed: u64) -> Plan {
     let mut draw = Draw(Random::new(noise(seed, 4, 0)));
-    let (demo, policies) = draw.one(&SCENES).copied().unwrap_or(SCENES[0]);
-    let policy = draw
-        .one(policies)
-        .map_or_else(String::new, |&p| p.to_owned());
+    let mut plan = plan_of(&mut draw, seed, None);
     let limit_s = 4 + u32::try_from(draw.below(6)).unwrap_or(0);
-    let mut plan = Plan {
-        seed,
-        demo: demo.to_owned(),
-        policy,
-        lockstep: true,
-        fifo: false,
-        horizon_ms: 1000 * u64::from(limit_s),
-        limit_s: Some(limit_s),
-        faults: Vec::new(),
-        script: Vec::new(),
-        people: Vec::new(),
-    };
-    plan.script = script(&mut draw, &plan, arms(demo));
+    plan.horizon_ms = 1000 * u64::from(limit_s);
+    plan.limit_s = Some(limit_s);
+    let arms = arms(&plan);
+    plan.script = script(&mut draw, &plan, arms);
     // Which state a killed physics resumes from depends on the disk.
     plan.script.retain(|line| !line.contains("physics"));
     // The run ends with its limit, however long the processes take.
@@ -109,9 +150,10 @@ pub fn scripted(seed: u64) -> Plan {
     plan
 }
 
-/// Arms of a scene.
-fn arms(demo: &str) -> u8 {
-    if demo == "franka-pyramid" { 2 } else { 1 }
+/// Number of arms.
+fn arms(plan: &Plan) -> u8 {
+    let of_demo = if plan.demo == "franka-pyramid" { 2 } else { 1 };
+    plan.scene.as_ref().map_or(of_demo, |scene| scene.arms)
 }
 
 fn faults(draw: &mut Draw, plan: &Plan, arms: u8) -> Vec<Timed> {

@@ -16,3 +16,5 @@ pub mod plan;
 pub mod planted;
 pub mod reduce;
 pub mod run;
+pub mod scene;
+mod stub;

@@ -14,6 +14,7 @@ use clap::Parser;
 use serde::Serialize;
 
 use robocell_drill::batch::{self, Batch, Failure, examine};
+use robocell_drill::draw::Level;
 use robocell_drill::plan::Plan;
 use robocell_drill::{draw, fidelity, planted, reduce};
 
@@ -28,6 +29,9 @@ struct Args {
     /// Seeds of plans, as FIRST..LAST.
     #[arg(long, value_parser = range, default_value = "1..200")]
     seeds: Range<u64>,
+    /// What the plans are about.
+    #[arg(long, value_enum, default_value_t = Level::Mixed)]
+    level: Level,
     /// One seed; its events are printed.
     #[arg(long, conflicts_with = "plan")]
     seed: Option<u64>,
@@ -104,6 +108,7 @@ fn work(args: &Args) -> Result<bool, String> {
         .map(|minutes| Duration::from_secs_f64(60.0 * minutes));
     let batch = Batch {
         seeds: args.seeds.clone(),
+        level: args.level,
         longest_ms: args.longest * 1000,
         jobs: args.jobs,
         limit,
@@ -179,7 +184,7 @@ fn print_json(value: &impl Serialize) -> Result<(), String> {
 
 fn one_plan(args: &Args) -> Result<Option<Plan>, String> {
     if let Some(seed) = args.seed {
-        return Ok(Some(draw::plan(seed, args.longest * 1000)));
+        return Ok(Some(draw::plan(seed, args.level, args.longest * 1000)));
     }
     let Some(path) = &args.plan else {
         return Ok(None);

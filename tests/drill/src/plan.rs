@@ -6,6 +6,8 @@ use ipc_types::topic::Process;
 use ipc_types::{OperatorRequest, Pose, Wire};
 use serde::{Deserialize, Serialize};
 
+use crate::scene::Scene;
+
 /// Nanoseconds in a millisecond.
 pub const MS: u64 = 1_000_000;
 
@@ -14,8 +16,11 @@ pub const MS: u64 = 1_000_000;
 pub struct Plan {
     /// Seed of scene and timing noise.
     pub seed: u64,
-    /// Name of the demo.
+    /// Name of the demo; that of the scene where the plan has one.
     pub demo: String,
+    /// A scene that no file of the checkout has.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scene: Option<Scene>,
     /// Policy of its task.
     pub policy: String,
     /// Whether physics waits for all processes.
@@ -200,6 +205,11 @@ impl Plan {
             "until_done": self.limit_s.is_some(), "time_limit_s": self.limit_s, "real_time": self.fifo, "page": null,
             "record": RecordSpec::default(),
         }))
+    }
+
+    /// Whether its scene has no dynamics.
+    pub fn is_ideal(&self) -> bool {
+        self.scene.as_ref().is_some_and(|scene| scene.ideal)
     }
 
     /// The same without faults and requests.

@@ -19,8 +19,10 @@ const LAUNCHER_NS: u64 = 5 * MS;
 pub struct Outcome {
     /// The first invariant that did not hold.
     pub failed: Option<Failed>,
-    /// Simulated time (ms).
+    /// Simulated time (ms): that of the run, or that of its ticks where they are more.
     pub simulated_ms: u64,
+    /// Virtual time (ms).
+    pub ran_ms: u64,
     /// Hash over everything the checks saw.
     pub digest: u64,
     /// Hashes of states, by tick.
@@ -107,17 +109,21 @@ impl Run<'_> {
                 _ if fault_ns <= now_ns => self.fault(now_ns),
                 _ if self.launcher_ns <= now_ns => self.launch(now_ns),
                 Some((_, process)) => {
-                    self.model.borrow_mut().turn(now_ns, process);
-                    self.observe(now_ns);
+                    let has_worked = self.model.borrow_mut().turn(now_ns, process);
+                    if has_worked {
+                        self.observe(now_ns);
+                    }
                 }
                 None => {}
             }
         }
-        self.outcome.simulated_ms = now_ns.min(end_ns) / MS;
+        self.outcome.ran_ms = now_ns.min(end_ns) / MS;
+        // Lockstep makes more ticks than real time.
+        self.outcome.simulated_ms = self.outcome.ran_ms.max(self.checks.ticks());
         if self.outcome.failed.is_none() {
             self.outcome.failed = self.checks.end(now_ns);
         }
-        self.outcome.digest = self.checks.digest();
+        self.outcome.digest = self.checks.result();
         self.outcome.hashes = self.checks.hashes().to_vec();
         self.outcome.decisions.clone_from(self.checks.decisions());
         self.outcome.log = self.checks.take_log();

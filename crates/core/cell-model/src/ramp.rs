@@ -31,13 +31,21 @@ impl RampState {
     /// The deceleration `s` is the one that uses up exactly the remaining velocity if it is
     /// reduced by the jerk limit in every tick: the sum of `s`, `s - J`, `s - 2 J`, ... over
     /// the ticks, with `J` the jerk limit times the tick. A start outside of the limits returns
-    /// to them at the jerk limit.
-    pub fn brake(self, acceleration_limit: f64, jerk_limit: f64, dt: f64) -> Self {
+    /// to them at the jerk limit. The velocity limit holds before the jerk limit: what is left of
+    /// an acceleration must not carry the joint over it.
+    pub fn brake(
+        self,
+        (velocity_limit, acceleration_limit, jerk_limit): (f64, f64, f64),
+        dt: f64,
+    ) -> Self {
         let change = jerk_limit * dt;
         let wanted = -self.velocity.signum()
             * deceleration(self.velocity.abs() / dt, change).min(acceleration_limit);
         // The jerk limit comes last: it holds even where the braking then takes longer.
         let acceleration = wanted.clamp(self.acceleration - change, self.acceleration + change);
+        let room = (velocity_limit - self.velocity.abs()).max(0.0) / dt;
+        let forward = self.velocity.signum();
+        let acceleration = forward * (forward * acceleration).min(room);
         let mut velocity = self.velocity + acceleration * dt;
         if velocity.abs() <= STANDSTILL && acceleration.abs() <= change {
             velocity = 0.0;
@@ -72,9 +80,10 @@ impl RampState {
 /// Brakes every joint by one tick; returns whether all are at rest. Slices and limits have one
 /// entry for each joint.
 pub fn brake_all(joints: &mut [RampState], limits: &JointLimits, dt: f64) -> bool {
-    let limits = limits.acceleration.iter().zip(&limits.jerk);
-    for (joint, (acceleration, jerk)) in joints.iter_mut().zip(limits) {
-        *joint = joint.brake(*acceleration, *jerk, dt);
+    let changes = limits.acceleration.iter().zip(&limits.jerk);
+    let limits = limits.velocity.iter().zip(changes);
+    for (joint, (velocity, (acceleration, jerk))) in joints.iter_mut().zip(limits) {
+        *joint = joint.brake((*velocity, *acceleration, *jerk), dt);
     }
     joints.iter().all(RampState::is_at_rest)
 }
@@ -99,7 +108,7 @@ mod tests {
     fn stop(start: RampState, acceleration: f64, jerk: f64) -> RampState {
         let (mut before, mut ticks) = (start, 0);
         loop {
-            let after = before.brake(acceleration, jerk, DT);
+            let after = before.brake((10.0, acceleration, jerk), DT);
             let quotient = (after.velocity - before.velocity) / DT;
             assert!(
                 quotient.abs() <= acceleration * (1.0 + 1e-6),
@@ -165,7 +174,22 @@ mod tests {
             position: 0.7,
             ..RampState::default()
         };
-        assert_eq!(still.brake(10.0, 5_000.0, DT), still);
+        assert_eq!(still.brake((2.0, 10.0, 5_000.0), DT), still);
+    }
+
+    #[test]
+    fn a_brake_that_begins_while_a_joint_speeds_up_keeps_its_velocity_limit() {
+        for forward in [1.0, -1.0] {
+            let mut joint = RampState {
+                position: 0.0,
+                velocity: forward * 1.995,
+                acceleration: forward * 10.0,
+            };
+            while !joint.is_at_rest() {
+                joint = joint.brake((2.0, 10.0, 500.0), DT);
+                assert!(joint.velocity.abs() <= 2.0 * (1.0 + 1e-9), "{joint:?}");
+            }
+        }
     }
 
     #[test]

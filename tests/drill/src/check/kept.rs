@@ -1,10 +1,9 @@
 //! What a restart keeps.
 
-use std::collections::BTreeMap;
-
 use ipc_types::WorldState;
 use ipc_types::topic::Process;
 
+use super::history::History;
 use super::{Check, Moment, Seen, Verdict, fail_if};
 use crate::model::News;
 
@@ -73,8 +72,7 @@ impl Physics {
 #[derive(Default)]
 struct Same {
     generation: u32,
-    /// Hash, and number of the reset of the scene, by tick.
-    hashes: BTreeMap<u64, (u64, u32)>,
+    hashes: History,
 }
 
 impl Check for Same {
@@ -88,12 +86,7 @@ impl Check for Same {
         };
         let (generation, tick) = (state.header.generation, state.header.tick);
         let is_new = std::mem::replace(&mut self.generation, generation) != generation;
-        // A request to reset the scene may have been obeyed again.
-        let reset = state.panel.scene_reset;
-        let old = self.hashes.get(&tick).filter(|(_, of)| *of == reset);
-        let differs = is_new && old.is_some_and(|(old, _)| *old != state.state_hash);
-        self.hashes.split_off(&tick);
-        self.hashes.insert(tick, (state.state_hash, reset));
+        let differs = self.hashes.differs(is_new, state, state.state_hash);
         fail_if(differs, || {
             format!("physics {generation} resumed another world at tick {tick}")
         })

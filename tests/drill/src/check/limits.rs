@@ -1,11 +1,10 @@
 //! Joint setpoints keep the limits of the robot, also over restarts.
 
-use std::collections::VecDeque;
-
 use cell_model::robots::robot::JointSpec;
-use ipc_types::WorldState;
 use ipc_types::world::{ArmState, FLAG_LOCKSTEP};
+use ipc_types::{MAX_ARMS, WorldState};
 
+use super::history::History;
 use super::{Check, Moment, Seen, Verdict, fail_if};
 use crate::model::Model;
 
@@ -32,7 +31,8 @@ pub(super) fn all(model: &Model) -> Vec<Box<dyn Check>> {
 /// From tick to tick no setpoint changes faster than a joint may.
 struct Limits {
     joints: Vec<Vec<JointSpec>>,
-    before: Option<Box<WorldState>>,
+    /// Generation, tick, number of the reset of the scene, and arms.
+    before: Option<((u32, u64, u32), [ArmState; MAX_ARMS])>,
 }
 
 impl Check for Limits {
@@ -44,17 +44,15 @@ impl Check for Limits {
         let Seen::State(state) = moment.seen else {
             return Ok(());
         };
-        let before = self.before.replace(Box::new(*state));
+        let (generation, tick) = (state.header.generation, state.header.tick);
         // A reset of the scene moves the arm to its start.
-        let follows = |before: &WorldState| {
-            before.header.generation == state.header.generation
-                && before.header.tick + 1 == state.header.tick
-                && before.panel.scene_reset == state.panel.scene_reset
-        };
-        let Some(before) = before.filter(|before| follows(before)) else {
+        let reset = state.panel.scene_reset;
+        let before = self.before.replace(((generation, tick, reset), state.arms));
+        let follows = |of: &(u32, u64, u32)| *of == (generation, tick.wrapping_sub(1), reset);
+        let Some((_, before)) = before.filter(|(of, _)| follows(of)) else {
             return Ok(());
         };
-        let arms = before.arms().iter().zip(state.arms()).enumerate();
+        let arms = before.iter().zip(state.arms()).enumerate();
         for ((arm, (old, new)), joints) in arms.zip(&self.joints) {
             for (joint, spec) in joints.iter().enumerate() {
                 step(spec, old, new, joint, state.has(FLAG_LOCKSTEP))
@@ -101,15 +99,11 @@ fn step(
     )
 }
 
-/// States that a successor of physics may resume from.
-const KEPT: usize = 2100;
-
 /// A physics that resumed has the setpoints of the state it resumed from, to the bit.
 #[derive(Default)]
 struct Resumed {
     generation: u32,
-    /// Tick, number of the reset of the scene, and setpoints.
-    states: VecDeque<(u64, u32, Vec<[u64; 3]>)>,
+    states: History,
 }
 
 impl Check for Resumed {
@@ -122,36 +116,28 @@ impl Check for Resumed {
             return Ok(());
         };
         let (generation, tick) = (state.header.generation, state.header.tick);
-        let now = setpoints(state);
-        let is_first = std::mem::replace(&mut self.generation, generation) != generation;
-        // A request to reset the scene may have been obeyed again.
-        let reset = state.panel.scene_reset;
-        let mut states = self.states.iter();
-        let old = states.find(|(other, of, _)| (*other, *of) == (tick, reset));
-        let differs = is_first && old.is_some_and(|(.., old)| *old != now);
-        self.states.retain(|(other, ..)| *other < tick);
-        self.states.push_back((tick, reset, now));
-        if self.states.len() > KEPT {
-            self.states.pop_front();
-        }
+        let is_new = std::mem::replace(&mut self.generation, generation) != generation;
+        let differs = self.states.differs(is_new, state, setpoints(state));
         fail_if(differs, || {
             format!("physics {generation} resumed at tick {tick} with other setpoints")
         })
     }
 }
 
-fn setpoints(state: &WorldState) -> Vec<[u64; 3]> {
-    let of = |arm: &ArmState| {
+/// Hash of the setpoints of all arms.
+fn setpoints(state: &WorldState) -> u64 {
+    let mut hash = 0_u64;
+    for arm in state.arms() {
         let joints = 0..(arm.joint_count as usize).min(arm.joint_positions.len());
-        let all = joints.map(|joint| {
-            let of = |values: &[f64]| values[joint].to_bits();
-            [
-                of(&arm.setpoint_positions),
-                of(&arm.setpoint_velocities),
-                of(&arm.setpoint_accelerations),
-            ]
-        });
-        all.collect::<Vec<_>>()
-    };
-    state.arms().iter().flat_map(of).collect()
+        for joint in joints {
+            for value in [
+                arm.setpoint_positions[joint],
+                arm.setpoint_velocities[joint],
+                arm.setpoint_accelerations[joint],
+            ] {
+                hash = crate::plan::noise(hash, value.to_bits(), 0);
+            }
+        }
+    }
+    hash
 }

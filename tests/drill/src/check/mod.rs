@@ -2,6 +2,7 @@
 //! constants of the code: a change of a constant must not move both.
 
 mod grip;
+mod history;
 mod hold;
 mod kept;
 mod limits;
@@ -19,7 +20,7 @@ use ipc_types::{ArmCommand, ArmStatus, Decision, Health, OperatorReply, TraceLin
 use ipc_types::{Header, Wire};
 
 use crate::model::{Model, News};
-use crate::plan::{Asked, Fault, MS, Plan};
+use crate::plan::{Asked, Fault, MS, Plan, noise};
 
 /// Events that are kept for people.
 const LOG: usize = 200;
@@ -93,7 +94,10 @@ pub struct Failed {
 /// All invariants of a run, and what they saw.
 pub struct Checks {
     all: Vec<Box<dyn Check>>,
-    hasher: DefaultHasher,
+    digest: u64,
+    tick: u64,
+    ticks: u64,
+    keeps_decisions: bool,
     log: Vec<String>,
     /// State hashes at every hundredth tick.
     hashes: Vec<(u64, u64)>,
@@ -119,7 +123,11 @@ impl Checks {
         all.extend(reports::all(plan));
         Self {
             all,
-            hasher: DefaultHasher::new(),
+            digest: 0,
+            tick: 0,
+            ticks: 0,
+            // For the comparison with the run without faults.
+            keeps_decisions: plan.lockstep,
             log: Vec::new(),
             hashes: Vec::new(),
             decisions: BTreeMap::new(),
@@ -153,8 +161,13 @@ impl Checks {
     }
 
     /// Hash over all that was seen.
-    pub fn digest(&self) -> u64 {
-        self.hasher.finish()
+    pub fn result(&self) -> u64 {
+        self.digest
+    }
+
+    /// Ticks of physics, those that a restart repeats included.
+    pub fn ticks(&self) -> u64 {
+        self.ticks
     }
 
     /// The last events.
@@ -176,7 +189,8 @@ impl Checks {
         let header = match moment.seen {
             Seen::State(state) => {
                 let tick = state.header.tick;
-                state.state_hash.hash(&mut self.hasher);
+                self.ticks += u64::from(std::mem::replace(&mut self.tick, tick) != tick);
+                self.digest(state.state_hash);
                 if tick.is_multiple_of(100) || state.has(FLAG_ENDING) {
                     self.hashes.retain(|(other, _)| *other < tick);
                     self.hashes.push((tick, state.state_hash));
@@ -184,8 +198,9 @@ impl Checks {
                 state.header
             }
             Seen::Decision(message) => {
-                let tick = message.header.tick;
-                self.decisions.insert(tick, said(message));
+                if self.keeps_decisions {
+                    self.decisions.insert(message.header.tick, said(message));
+                }
                 message.header
             }
             Seen::Status(_, message) => message.header,
@@ -204,12 +219,19 @@ impl Checks {
             Seen::GaveUp(why) => return self.note(moment.now_ns, &format!("given up: {why}")),
             Seen::Asked(_) | Seen::Looked => return,
         };
-        (moment.now_ns, header.schema, header.tick).hash(&mut self.hasher);
-        (header.generation, header.seq).hash(&mut self.hasher);
+        for value in [moment.now_ns, u64::from(header.generation), header.seq] {
+            self.digest(value);
+        }
+    }
+
+    fn digest(&mut self, value: u64) {
+        self.digest = noise(self.digest, value, 0);
     }
 
     fn note(&mut self, now_ns: u64, text: &str) {
-        (now_ns, text).hash(&mut self.hasher);
+        let mut hasher = DefaultHasher::new();
+        (now_ns, text).hash(&mut hasher);
+        self.digest(hasher.finish());
         if self.log.len() == LOG {
             self.log.remove(0);
         }

@@ -287,6 +287,9 @@ impl Check for Recovery {
                 let end_ns = moment.now_ns + fault.length_ms() * MS;
                 self.last_fault_ns = self.last_fault_ns.max(end_ns);
             }
+            Seen::News(News::Stopped(..) | News::Gone(..)) => {
+                self.last_fault_ns = self.last_fault_ns.max(moment.now_ns)
+            }
             Seen::Health(process, _) => {
                 self.alive.insert(process, moment.now_ns);
             }

@@ -1,6 +1,6 @@
 //! Messages are used in their order, and only those about the present world.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 
 use ipc_types::Header;
 use ipc_types::topic::TopicId;
@@ -10,6 +10,8 @@ use crate::plan::Plan;
 
 /// Ticks between two decisions.
 const DECISION_TICKS: u64 = 10;
+/// Messages of a topic that may still be used.
+const MESSAGES: usize = 5_000;
 
 pub(super) fn all(plan: &Plan) -> Vec<Box<dyn Check>> {
     let mut all: Vec<Box<dyn Check>> = vec![
@@ -69,8 +71,9 @@ impl Check for Order {
 /// Commands and decisions that physics uses answer this start of physics.
 #[derive(Default)]
 struct World {
-    /// By topic, generation and number: the physics that it answers.
-    answers: BTreeMap<(u32, u32, u64), u32>,
+    /// By topic: generation and number of messages, in their order, and the physics that each
+    /// answers.
+    answers: BTreeMap<u32, VecDeque<((u32, u64), u32)>>,
     /// The newest message of each topic that a physics used: a successor resumes with it in
     /// force.
     in_force: BTreeMap<u32, (u32, u64)>,
@@ -93,27 +96,38 @@ impl Check for World {
             (false, None) => return Ok(()),
         };
         for input in header.inputs().iter().filter(|input| input.topic != state) {
-            let of = (input.topic, input.generation, input.seq);
-            let answered = self.answers.get(&of).copied().unwrap_or(physics);
             let message = (input.generation, input.seq);
+            let answered = self.answered(input.topic, message).unwrap_or(physics);
             let was_used = topic == state && self.in_force.get(&input.topic) >= Some(&message);
             if topic == state {
                 self.in_force.insert(input.topic, message);
             }
             fail_if(answered != physics && !was_used, || {
                 format!(
-                    "topic {topic} about physics {physics} used message {of:?}, which answers \
-                     physics {answered}"
+                    "topic {topic} about physics {physics} used message {message:?} of topic {}, \
+                     which answers physics {answered}",
+                    input.topic
                 )
             })?;
         }
+        let message = (header.generation, header.seq);
+        let answers = self.answers.entry(topic).or_default();
         // A decision may be repeated with its number; the last counts.
-        self.answers
-            .insert((topic, header.generation, header.seq), physics);
-        if self.answers.len() > 20_000 {
-            self.answers.pop_first();
+        while answers.pop_back_if(|(of, _)| *of >= message).is_some() {}
+        answers.push_back((message, physics));
+        if answers.len() > MESSAGES {
+            answers.pop_front();
         }
         Ok(())
+    }
+}
+
+impl World {
+    /// The physics that a message answers, if it was seen.
+    fn answered(&self, topic: u32, message: (u32, u64)) -> Option<u32> {
+        let answers = self.answers.get(&topic)?;
+        let place = answers.binary_search_by_key(&message, |(of, _)| *of).ok()?;
+        answers.get(place).map(|(_, physics)| *physics)
     }
 }
 

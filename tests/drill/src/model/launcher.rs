@@ -87,11 +87,15 @@ impl Machine for Launcher {
     }
 
     fn freeze(&mut self, process: Process) {
-        self.model.borrow_mut().stop(process, u64::MAX);
+        let mut model = self.model.borrow_mut();
+        model.stop(process, u64::MAX);
+        model.news.push(News::Stopped(process, true));
     }
 
     fn thaw(&mut self, process: Process) {
-        self.model.borrow_mut().stop(process, 0);
+        let mut model = self.model.borrow_mut();
+        model.stop(process, 0);
+        model.news.push(News::Stopped(process, false));
     }
 
     fn reap(&mut self) -> Vec<(Process, u32, Exit)> {

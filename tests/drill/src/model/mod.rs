@@ -24,6 +24,8 @@ use robocell_task_program::slots::ModelFiles;
 use supervisor::supervision::Exit;
 
 use crate::plan::{MS, Plan, noise};
+use crate::scene::SceneDir;
+use crate::stub;
 use disk::Disk;
 pub use launcher::Launcher;
 use running::Running;
@@ -42,6 +44,8 @@ pub enum News {
     Gone(Process, u32, Exit),
     /// The launcher sent it a signal.
     Signalled(Process, Signal),
+    /// A line of the script stopped it, or lets it continue.
+    Stopped(Process, bool),
     /// The launcher told the person.
     Warned(String),
     /// A process wrote to its log.
@@ -70,6 +74,7 @@ pub struct Model {
     pub cell: Cell,
     plan: Plan,
     policies: Policies,
+    _dir: Option<SceneDir>,
     controllers: Controllers,
     /// The processes that exist.
     running: Vec<Running>,
@@ -96,8 +101,13 @@ impl Model {
     /// # Errors
     /// In words, where the scene of the plan does not exist.
     pub fn new(plan: &Plan) -> Result<Shared, String> {
-        let cell = Cell::load(&Data::checkout(), &plan.demo, plan.seed, None);
-        let cell = cell.map_err(|error| error.to_string())?;
+        let (cell, dir) = match &plan.scene {
+            Some(scene) => scene.load(plan.seed).map(|(cell, dir)| (cell, Some(dir)))?,
+            None => {
+                let cell = Cell::load(&Data::checkout(), &plan.demo, plan.seed, None);
+                (cell.map_err(|error| error.to_string())?, None)
+            }
+        };
         let arms = u8::try_from(cell.arms.len()).map_err(|error| error.to_string())?;
         let mut spec = plan.spec(arms).map_err(|error| error.to_string())?;
         let script = script::parse_for(&plan.script.join("\n"), "script", &cell);
@@ -114,7 +124,8 @@ impl Model {
             spec,
             cell,
             plan: plan.clone(),
-            policies: demos::policies(),
+            policies: demos::policies().with(stub::kind()),
+            _dir: dir,
             controllers: Controllers::default(),
             running: Vec::new(),
             ended: Vec::new(),
@@ -174,15 +185,15 @@ impl Model {
         }
     }
 
-    /// One turn of `process` at `now_ns`.
-    pub fn turn(&mut self, now_ns: u64, process: Process) {
+    /// One turn of `process` at `now_ns`; whether anything of it can be noticed.
+    pub fn turn(&mut self, now_ns: u64, process: Process) -> bool {
         self.site.set_now_ns(now_ns);
         self.look_at_disk();
         let Some(index) = self.index(process) else {
-            return;
+            return false;
         };
         let mut one = self.running.remove(index);
-        let exit = self.turn_of(&mut one, now_ns);
+        let (exit, has_worked) = self.turn_of(&mut one, now_ns);
         for line in cell_worker::keep_lines() {
             self.logs.push((process, line.clone()));
             self.news.push(News::Logged(process, line));
@@ -191,16 +202,20 @@ impl Model {
             None => self.running.insert(index, one),
             Some(exit) => self.gone(one, exit),
         }
-        self.ring(now_ns);
+        if has_worked {
+            self.notice(now_ns);
+        }
+        has_worked
     }
 
-    fn turn_of(&mut self, one: &mut Running, now_ns: u64) -> Option<Exit> {
+    /// Why it ended, if it did, and whether others may notice something of it.
+    fn turn_of(&mut self, one: &mut Running, now_ns: u64) -> (Option<Exit>, bool) {
         one.waited(now_ns);
         if one.is_stopping {
-            return Some(Exit::Code(0));
+            return (Some(Exit::Code(0)), true);
         }
         if one.turns.is_none() {
-            return self.begin(one, now_ns).err();
+            return (self.begin(one, now_ns).err(), true);
         }
         let jitter_ns = self.jitter_ns();
         let cost_ns = one.cost_ns(self.draw(100));
@@ -208,9 +223,10 @@ impl Model {
         let effects = self.site.effects().clone();
         effects.allow(allowed);
         let worked = || effects.left() < allowed;
-        one.turn(now_ns, jitter_ns, cost_ns, worked);
+        let has_worked = one.turn(now_ns, jitter_ns, cost_ns, worked);
         effects.allow(u64::MAX);
-        one.cut.map(|_| Exit::Signal(9))
+        let exit = one.cut.map(|_| Exit::Signal(9));
+        (exit, has_worked || one.cut.is_some())
     }
 
     /// The process has done what its start needs.
@@ -244,12 +260,13 @@ impl Model {
         self.news.push(News::Gone(process, generation, exit));
     }
 
-    /// Wakes those whose doorbell rang.
-    fn ring(&mut self, now_ns: u64) {
-        for index in 0..self.running.len() {
-            let latency_ns = 10_000 + self.jitter_ns() / 2;
-            self.running[index].ring(now_ns + latency_ns);
+    /// Wakes those who wait for an effect of another.
+    fn notice(&mut self, now_ns: u64) {
+        let mut running = std::mem::take(&mut self.running);
+        for one in &mut running {
+            one.notice(now_ns, || 10_000 + self.jitter_ns() / 2);
         }
+        self.running = running;
     }
 
     /// How late a process is woken (ns).

@@ -11,9 +11,12 @@ use super::Model;
 use super::monitor::Monitor;
 use crate::plan::MS;
 
-/// Time between two looks of a loop that polls (ns).
-// A loop of a process looks every 50 ns; a fifth of the shortest turn finds the same messages.
-const POLL_NS: u64 = 10_000;
+/// How late a loop that polls sees what another process did (ns).
+const POLL_NS: u64 = 5_000;
+/// Longest time between two looks of a loop that polls (ns).
+// It looks as soon as another process had an effect. What depends on the time alone, such as the
+// end of its patience, takes milliseconds.
+const IDLE_POLL_NS: u64 = 200_000;
 /// Longest sleep at a doorbell (ns), as in `cell_worker::run`.
 const NUDGE_NS: u64 = 5 * MS;
 
@@ -29,6 +32,7 @@ pub(super) struct Running {
     next_ns: u64,
     at_bell: bool,
     by_bell: bool,
+    polls: bool,
     pub(super) frozen_until_ns: u64,
     pub(super) starved_until_ns: u64,
     pub(super) is_stopping: bool,
@@ -50,6 +54,7 @@ impl Running {
             next_ns: begins_ns,
             at_bell: false,
             by_bell: false,
+            polls: false,
             frozen_until_ns: 0,
             starved_until_ns: 0,
             is_stopping: false,
@@ -90,40 +95,45 @@ impl Running {
     }
 
     /// One turn of its loop at `now_ns`, which takes `cost_ns` if it `worked` and did not only
-    /// poll.
+    /// poll; returns whether it did.
     pub(super) fn turn(
         &mut self,
         now_ns: u64,
         jitter_ns: u64,
         cost_ns: u64,
         worked: impl Fn() -> bool,
-    ) {
+    ) -> bool {
         let Some(turns) = &mut self.turns else {
-            return;
+            return false;
         };
         let by_bell = std::mem::take(&mut self.by_bell);
         let wait = turns.turn(Woken { now_ns, by_bell });
-        let took_ns = if worked() { cost_ns } else { POLL_NS };
+        let has_worked = worked();
+        let took_ns = if has_worked { cost_ns } else { POLL_NS };
         let end_ns = now_ns + took_ns;
         self.at_bell = wait == Wait::Bell;
+        self.polls = matches!(wait, Wait::Spin | Wait::Yield) && !has_worked;
         self.next_ns = match wait {
             Wait::Deadline { at_ns, .. } => end_ns.max(at_ns + jitter_ns),
             Wait::Sleep(until_ns) => end_ns.max(until_ns + jitter_ns),
-            Wait::Spin | Wait::Yield => end_ns,
+            Wait::Spin | Wait::Yield if has_worked => end_ns,
+            Wait::Spin | Wait::Yield => now_ns + IDLE_POLL_NS,
             Wait::Bell => end_ns + NUDGE_NS,
         };
         self.ran_ns += took_ns;
-        if self.at_bell {
-            self.ring(end_ns);
-        }
+        has_worked
     }
 
-    /// Its next turn is at `wake_ns` if it sleeps at its doorbell and that rang.
-    pub(super) fn ring(&mut self, wake_ns: u64) {
+    /// Another process had an effect at `now_ns`: one that polls sees it soon, and one at its
+    /// doorbell after `latency_ns` if that rang.
+    pub(super) fn notice(&mut self, now_ns: u64, latency_ns: impl FnOnce() -> u64) {
+        if self.polls {
+            self.next_ns = self.next_ns.min(now_ns + POLL_NS);
+        }
         let rang = |sleeper: &mut Sleeper| sleeper.wait(Duration::ZERO);
         if self.at_bell && self.sleeper.as_mut().is_some_and(rang) {
             (self.at_bell, self.by_bell) = (false, true);
-            self.next_ns = self.next_ns.min(wake_ns);
+            self.next_ns = self.next_ns.min(now_ns + latency_ns());
         }
     }
 
@@ -171,6 +181,7 @@ impl Model {
         Ok(match process {
             Process::Physics => {
                 let store = self.disk.store(&self.site);
+                let clock = (clock, self.plan.is_ideal());
                 let model = physics_proc::process::model(&start, bus, store, &self.requests, clock);
                 Box::new(model.map_err(|error| error.to_string())?)
             }

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use robocell_drill::batch::{Batch, examine, run_all};
+use robocell_drill::draw::Level;
 use robocell_drill::plan::Plan;
 use robocell_drill::planted;
 
@@ -14,6 +15,7 @@ fn every_invariant_holds_and_the_result_does_not_depend_on_the_number_of_threads
     let run = |jobs| {
         let batch = Batch {
             seeds: 1..21,
+            level: Level::Mixed,
             longest_ms: LONGEST_MS,
             jobs,
             limit: None,
