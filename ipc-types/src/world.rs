@@ -244,6 +244,39 @@ impl WorldState {
         self.flags & flag != 0
     }
 
+    /// Takes over all of `other` but the objects beyond those that it has: a tenth of the bytes in
+    /// most cells.
+    pub fn copy_from(&mut self, other: &Self) {
+        // Without `..`: a new field that is forgotten here would be missing in recordings.
+        let Self {
+            header,
+            flags,
+            arm_count,
+            object_count,
+            script_line,
+            script_left,
+            quarantined,
+            overruns,
+            resumed_tick,
+            saving_tick,
+            saved_tick,
+            state_hash,
+            panel,
+            equipment,
+            arms,
+            objects: _,
+        } = other;
+        (self.header, self.panel, self.equipment) = (*header, *panel, *equipment);
+        (self.flags, self.arms) = (*flags, *arms);
+        (self.arm_count, self.object_count) = (*arm_count, *object_count);
+        (self.script_line, self.script_left) = (*script_line, *script_left);
+        (self.quarantined, self.overruns) = (*quarantined, *overruns);
+        (self.resumed_tick, self.state_hash) = (*resumed_tick, *state_hash);
+        (self.saving_tick, self.saved_tick) = (*saving_tick, *saved_tick);
+        let objects = other.objects();
+        self.objects[..objects.len()].copy_from_slice(objects);
+    }
+
     /// The arms of the cell.
     pub fn arms(&self) -> &[ArmState] {
         // Bounded by the array: the slice must be safe before the message is validated.

@@ -73,12 +73,13 @@ impl Measured {
 pub(crate) fn finite_tcp(engine: &Engine, arm: &Arm, measured: &Measured) -> Isometry3<f64> {
     let (is_ideal, engine) = (engine.is_ideal(), engine.rapier());
     let tcp = arm.tcp(engine);
-    if !is_ideal && tcp
-        .translation
-        .vector
-        .iter()
-        .chain(tcp.rotation.coords.iter())
-        .all(|x| x.is_finite())
+    if !is_ideal
+        && tcp
+            .translation
+            .vector
+            .iter()
+            .chain(tcp.rotation.coords.iter())
+            .all(|x| x.is_finite())
     {
         return tcp;
     }

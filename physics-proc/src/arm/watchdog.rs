@@ -372,6 +372,12 @@ impl Watchdog {
         // of the acceleration.
         let mut joints: Vec<RampState> = self.setpoint().collect();
         ramp::brake_all(&mut joints, limits, TICK_S);
+        // After late commands the way to the limit may be shorter than that of the brake: the
+        // joint would be driven against its stop.
+        let ends = limits.lower.iter().zip(&limits.upper);
+        for (joint, (lower, upper)) in joints.iter_mut().zip(ends) {
+            joint.position = joint.position.max(*lower).min(*upper);
+        }
         self.setpoint = joints.into_iter().map(point).collect();
         // The next command is judged from where the ramp is now.
         self.anchor.clone_from(&self.setpoint);

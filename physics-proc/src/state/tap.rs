@@ -30,7 +30,7 @@ impl StateTap {
     /// Keeps a copy of the state that is being published.
     // A copy: the pieces are written after the loaned message was published.
     pub(crate) fn keep(&mut self, state: &WorldState) {
-        *self.state = *state;
+        self.state.copy_from(state);
     }
 
     /// Sends the kept state, under the header it was published with.

@@ -168,6 +168,9 @@ fn faults(draw: &mut Draw, plan: &Plan, arms: u8) -> Vec<Timed> {
         .filter(|_| draw.percent(50))
         .collect();
     let enabled = if enabled.is_empty() { vec![0] } else { enabled };
+    if draw.percent(15) {
+        return burst(draw, plan, arms);
+    }
     let mut faults: Vec<Timed> = Vec::new();
     // Most of the starts are over by then.
     let mut last_us = 400_000;
@@ -191,6 +194,35 @@ fn faults(draw: &mut Draw, plan: &Plan, arms: u8) -> Vec<Timed> {
     faults
 }
 
+/// The same fault of the same process again and again; in lockstep mostly kills of the task, which
+/// may not change anything.
+fn burst(draw: &mut Draw, plan: &Plan, arms: u8) -> Vec<Timed> {
+    let fault = if plan.lockstep && draw.percent(70) {
+        let process = "task".to_owned();
+        Fault::Kill {
+            process,
+            effect: None,
+        }
+    } else {
+        let kind = draw.index(Fault::KINDS.len());
+        fault(draw, kind, arms)
+    };
+    let period_us = fault.length_ms() * 1000 + draw.log(20_000, 2_000_000);
+    let mut at_us = 400_000;
+    let mut faults = Vec::new();
+    for _ in 0..draw.log(3, 40) {
+        at_us += period_us + draw.below(period_us / 2);
+        let mut fault = fault.clone();
+        if let Fault::Kill { effect, .. } = &mut fault {
+            *effect = draw.percent(70).then(|| draw.log(1, 300) - 1);
+        }
+        if at_us < plan.horizon_ms * 1000 {
+            faults.push(Timed { at_us, fault });
+        }
+    }
+    faults
+}
+
 /// Requests: what is paused is resumed some time later.
 fn people(draw: &mut Draw, horizon_ms: u64) -> Vec<Asked> {
     let mut people = Vec::new();
@@ -207,8 +239,17 @@ fn people(draw: &mut Draw, horizon_ms: u64) -> Vec<Asked> {
             at_us,
             action: action.to_owned(),
             count,
+            draw: 0,
         };
-        match draw.below(5) {
+        let others = [
+            "task_start",
+            "drag",
+            "target",
+            "gripper",
+            "drop_parts",
+            "add_bin",
+        ];
+        match draw.below(8) {
             0 => people.push(ask(at_us, "reset", 0)),
             1 => people.push(ask(at_us, "task_reset", 0)),
             2 => {
@@ -219,9 +260,18 @@ fn people(draw: &mut Draw, horizon_ms: u64) -> Vec<Asked> {
                 people.push(ask(at_us, "step", 5));
                 people.push(ask(after_us, "resume", 0));
             }
-            _ => {
+            4 | 5 => {
                 people.push(ask(at_us, "pause", 0));
                 people.push(ask(after_us, "resume", 0));
+            }
+            _ => {
+                let action = others[draw.index(others.len())];
+                let count = u32::try_from(draw.below(4)).unwrap_or(0);
+                let draw = draw.below(u64::MAX);
+                people.push(Asked {
+                    draw,
+                    ..ask(at_us, action, count)
+                });
             }
         }
     }
@@ -287,6 +337,11 @@ fn fault(draw: &mut Draw, kind: usize, arms: u8) -> Fault {
         },
         7 => Fault::Launcher {
             for_ms: draw.log(20, 500),
+        },
+        8 => Fault::Busy {
+            process: of,
+            for_ms: draw.log(20, 1_000),
+            turn_us: draw.log(300, 60_000),
         },
         _ => Fault::Kill {
             process: of,

@@ -42,32 +42,42 @@ impl Observer {
         })
     }
 
-    /// Passes what was sent since the last call to `each`: a state after the messages it was
-    /// made from.
-    pub(crate) fn look(&mut self, mut each: impl FnMut(Seen<'_>)) {
-        if let Some(decision) = self.decision.take() {
-            each(Seen::Decision(decision));
+    /// Passes what `process` sent in its turn to `each`.
+    pub(crate) fn look(&mut self, process: Process, mut each: impl FnMut(Seen<'_>)) {
+        match process {
+            Process::Physics => {
+                let state = self.state.take();
+                state.into_iter().for_each(|state| each(Seen::State(state)));
+            }
+            Process::Controller(arm) => self.look_at_arm(usize::from(arm), &mut each),
+            Process::Task => {
+                let decision = self.decision.take();
+                let decision = decision.into_iter();
+                decision.for_each(|decision| each(Seen::Decision(decision)));
+                self.trace.take_all(|line| {
+                    if line.kind == TraceKind::Lifecycle.code() {
+                        each(Seen::Trace(line));
+                    }
+                });
+            }
+            Process::Monitor => {}
         }
-        for (arm, (status, command)) in self.arms.iter_mut().enumerate() {
-            if let Some(status) = status.take() {
-                each(Seen::Status(arm, status));
-            }
-            if let Some(command) = command.take() {
-                each(Seen::Command(arm, command));
-            }
+        let mut healths = self.healths.iter_mut();
+        let health = healths.find(|(of, _)| *of == process);
+        if let Some(health) = health.and_then(|(_, health)| health.take()) {
+            each(Seen::Health(process, health));
         }
-        self.trace.take_all(|line| {
-            if line.kind == TraceKind::Lifecycle.code() {
-                each(Seen::Trace(line));
-            }
-        });
-        if let Some(state) = self.state.take() {
-            each(Seen::State(state));
+    }
+
+    fn look_at_arm(&mut self, arm: usize, each: &mut impl FnMut(Seen<'_>)) {
+        let Some((status, command)) = self.arms.get_mut(arm) else {
+            return;
+        };
+        if let Some(status) = status.take() {
+            each(Seen::Status(arm, status));
         }
-        for (process, health) in &mut self.healths {
-            if let Some(health) = health.take() {
-                each(Seen::Health(*process, health));
-            }
+        if let Some(command) = command.take() {
+            each(Seen::Command(arm, command));
         }
     }
 }

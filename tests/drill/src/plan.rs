@@ -53,11 +53,14 @@ pub struct Asked {
     /// Its argument.
     #[serde(default)]
     pub count: u32,
+    /// Place, arm and object are drawn from this.
+    #[serde(default)]
+    pub draw: u64,
 }
 
 impl Asked {
     /// The requests by name.
-    pub const ACTIONS: [(&str, OperatorAction); 7] = [
+    pub const ACTIONS: [(&str, OperatorAction); 13] = [
         ("pause", OperatorAction::Pause),
         ("resume", OperatorAction::Resume),
         ("step", OperatorAction::Step),
@@ -65,6 +68,12 @@ impl Asked {
         ("task_pause", OperatorAction::TaskPause),
         ("task_resume", OperatorAction::TaskResume),
         ("task_reset", OperatorAction::TaskReset),
+        ("task_start", OperatorAction::TaskStart),
+        ("drag", OperatorAction::Drag),
+        ("target", OperatorAction::Target),
+        ("gripper", OperatorAction::Gripper),
+        ("drop_parts", OperatorAction::DropParts),
+        ("add_bin", OperatorAction::AddBin),
     ];
 
     /// The request, if it has one of the names.
@@ -75,6 +84,20 @@ impl Asked {
         request.action = action.code();
         request.count = self.count;
         request.pose = Pose::IDENTITY;
+        // Mostly where an arm can reach, sometimes where nothing is.
+        let far = if noise(self.draw, 0, 0).is_multiple_of(8) {
+            25.0
+        } else {
+            0.9
+        };
+        for (axis, out) in request.pose.position.iter_mut().enumerate() {
+            let unit = noise(self.draw, 1, axis as u64) % 2001;
+            *out = far * (unit as f64 / 1000.0 - 1.0);
+        }
+        let below =
+            |of: u64, below: u64| u32::try_from(noise(self.draw, of, 0) % below).unwrap_or(0);
+        (request.object, request.arm) = (below(2, 8), below(3, 3));
+        request.seconds = f64::from(below(4, 200)) * 0.01;
         Some(request)
     }
 }
@@ -115,6 +138,15 @@ pub enum Fault {
         /// How long.
         for_ms: u64,
     },
+    /// Each of its turns takes longer for some time, as on a core that it shares with many.
+    Busy {
+        /// Its name.
+        process: String,
+        /// How long.
+        for_ms: u64,
+        /// Time of a turn (us).
+        turn_us: u64,
+    },
     /// No room in shared memory, and no write to the disk succeeds.
     Full {
         /// How long.
@@ -148,7 +180,7 @@ pub enum Fault {
 
 impl Fault {
     /// Names of all kinds.
-    pub const KINDS: [&str; 8] = [
+    pub const KINDS: [&str; 9] = [
         "kill",
         "stop",
         "starve",
@@ -157,6 +189,7 @@ impl Fault {
         "failed_start",
         "slow_start",
         "launcher",
+        "busy",
     ];
 
     /// How long it lasts (ms).
@@ -168,6 +201,7 @@ impl Fault {
             | Self::Full { for_ms }
             | Self::SlowDisk { for_ms, .. }
             | Self::SlowStart { for_ms, .. }
+            | Self::Busy { for_ms, .. }
             | Self::Launcher { for_ms } => *for_ms,
         }
     }
@@ -183,6 +217,7 @@ impl Fault {
             Self::FailedStart { .. } => 5,
             Self::SlowStart { .. } => 6,
             Self::Launcher { .. } => 7,
+            Self::Busy { .. } => 8,
         }
     }
 }
@@ -221,6 +256,16 @@ impl Plan {
             ..self.clone()
         }
     }
+}
+
+/// Ticks in `seconds`.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "times of a plan are positive and short"
+)]
+pub fn ticks(seconds: f64) -> u64 {
+    (seconds * 1000.0).round() as u64
 }
 
 /// The process with this name, of a cell of `arms` arms.

@@ -141,13 +141,14 @@ fn search(tree: &Path, name: &str, minutes: f64) -> Result<Found, String> {
     cargo.current_dir(tree).env("CARGO_TARGET_DIR", &target);
     run(cargo.args([
         "build",
-        "--release",
+        "--profile",
+        "thin",
         "--quiet",
         "--package",
         "robocell-drill",
     ]))?;
     let began = Instant::now();
-    let mut drill = Command::new(target.join("release/robocell-drill"));
+    let mut drill = Command::new(target.join("thin/robocell-drill"));
     drill.args(["--seeds", "1..1000000", "--first", "--json"]);
     let output = drill
         .arg("--minutes")

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use ipc_types::topic::Process;
 use supervisor::run::supervisor_loop::{SupervisorLoop, Terms, Verdict};
 use supervisor::supervision::Rules;
 
@@ -111,7 +112,7 @@ impl Run<'_> {
                 Some((_, process)) => {
                     let has_worked = self.model.borrow_mut().turn(now_ns, process);
                     if has_worked {
-                        self.observe(now_ns);
+                        self.observe(now_ns, Some(process));
                     }
                 }
                 None => {}
@@ -144,7 +145,7 @@ impl Run<'_> {
             let seen = reply.as_deref().map_or(Seen::Asked(&asked), answered);
             self.see(now_ns, seen);
         }
-        self.observe(now_ns);
+        self.observe(now_ns, None);
         self.see(now_ns, Seen::Looked);
         self.turns += 1;
         // It sleeps for 5 ms after its work, and is woken late.
@@ -162,7 +163,7 @@ impl Run<'_> {
         if is_effective {
             self.see(now_ns, Seen::Fault(&timed.fault));
         }
-        self.observe(now_ns);
+        self.observe(now_ns, None);
     }
 
     /// Lets the fault happen; false where it has nothing to act on.
@@ -183,6 +184,12 @@ impl Run<'_> {
                 process: of,
                 for_ms,
             } => process(of, arms).is_some_and(|of| model.starve(of, until(*for_ms))),
+            Fault::Busy {
+                process: of,
+                for_ms,
+                turn_us,
+            } => process(of, arms)
+                .is_some_and(|of| model.slow_down(of, turn_us * 1000, until(*for_ms))),
             Fault::Full { for_ms } => {
                 model.fill(until(*for_ms));
                 true
@@ -209,14 +216,17 @@ impl Run<'_> {
         }
     }
 
-    /// Shows the checks what happened, and what was sent.
-    fn observe(&mut self, now_ns: u64) {
+    /// Shows the checks what happened, and what `process` sent.
+    fn observe(&mut self, now_ns: u64, process: Option<Process>) {
         let news: Vec<News> = self.model.borrow_mut().take_news();
         for news in &news {
             self.see(now_ns, Seen::News(news));
         }
+        let Some(process) = process else {
+            return;
+        };
         let (checks, failed) = (&mut self.checks, &mut self.outcome.failed);
-        self.observer.look(|seen| {
+        self.observer.look(process, |seen| {
             let found = checks.see(&Moment { now_ns, seen });
             if failed.is_none() {
                 *failed = found;

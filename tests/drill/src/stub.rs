@@ -89,6 +89,7 @@ impl Policy for Stub {
         out: &mut Output,
     ) {
         memory.decisions += 1;
+        job.counters.resyncs = u32::try_from(memory.decisions).unwrap_or(u32::MAX);
         let byte = memory.decisions.to_le_bytes()[0];
         memory.ballast.resize(self.task.memory as usize, byte);
         let goal = 1 + memory.decisions / GOAL_DECISIONS;

@@ -153,7 +153,7 @@ impl Decider {
             }
             _ => Begun::Continued,
         };
-        self.keep(state, history);
+        self.keep(state, history, matches!(begun, Begun::Resumed));
         begun
     }
 
@@ -185,21 +185,32 @@ impl Decider {
     }
 
     /// Keeps the checkpoint of the last decision before a saved state: the task resumes from
-    /// it together with that state.
-    fn keep(&mut self, state: &WorldState, history: &mut dyn History) {
+    /// it together with that state. `has_resumed` if its memory was just found to belong to the
+    /// state that physics resumed from.
+    fn keep(&mut self, state: &WorldState, history: &mut dyn History, has_resumed: bool) {
         let saving = (state.header.generation, state.saving_tick);
         // Each saved state once: the state message repeats `saving_tick` until the next save.
-        let is_new = state.saving_tick > 0 && self.kept != Some(saving);
+        if state.saving_tick == 0 || self.kept == Some(saving) {
+            return;
+        }
+        self.kept = Some(saving);
         // A checkpoint of another generation, or of a decision after the saved state, would
         // give the resumed task a memory of things that have not happened.
-        let is_ours = self
-            .decided
-            .is_some_and(|(generation, last)| generation == saving.0 && last <= saving.1);
-        if is_new {
-            self.kept = Some(saving);
-            if is_ours {
-                history.keep(saving.1, state.saved_tick, &|| self.task.checkpoint());
-            }
+        let decided = self.decided;
+        let is_ours = |tick| {
+            let known =
+                |(generation, last)| (generation == saving.0 || has_resumed) && last <= tick;
+            decided.is_some_and(known)
+        };
+        let saved = state.saved_tick;
+        // A task that was away while that state was saved; without this a kill would take the
+        // task back to its checkpoint for the state before.
+        let was_away = saved < saving.1 && is_ours(saved);
+        if was_away && history.at(saved).is_none_or(|kept| kept.tick != saved) {
+            history.keep(saved, saved, &|| self.task.checkpoint());
+        }
+        if is_ours(saving.1) {
+            history.keep(saving.1, saved, &|| self.task.checkpoint());
         }
     }
 

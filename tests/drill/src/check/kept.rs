@@ -6,6 +6,7 @@ use ipc_types::topic::Process;
 use super::history::History;
 use super::{Check, Moment, Seen, Verdict, fail_if};
 use crate::model::News;
+use crate::plan::Fault;
 
 /// A kill takes physics back by at most a second, and its health says at 100 Hz when it would
 /// not.
@@ -28,6 +29,8 @@ struct Physics {
     said: bool,
     /// Its health has a fault.
     warned: bool,
+    /// The disk was full or slow.
+    had_disk_fault: bool,
 }
 
 impl Check for Physics {
@@ -41,6 +44,7 @@ impl Check for Physics {
                 self.said |= line.contains("lost") || line.contains("is not saved");
             }
             Seen::Health(Process::Physics, health) => self.warned |= health.fault().is_some(),
+            Seen::Fault(Fault::Full { .. } | Fault::SlowDisk { .. }) => self.had_disk_fault = true,
             Seen::State(state) => return self.state(state),
             _ => {}
         }
@@ -59,6 +63,14 @@ impl Physics {
         let resumed = state.resumed_tick;
         let is_reported = std::mem::take(&mut self.said) || std::mem::take(&mut self.warned);
         let lost = last.saturating_sub(resumed);
+        fail_if(tick != resumed, || {
+            format!(
+                "physics {generation} began with tick {tick} and says that it resumed {resumed}"
+            )
+        })?;
+        fail_if(lost > LOST_TICKS && !self.had_disk_fault, || {
+            format!("physics {generation} lost {lost} ticks, and the disk had no fault")
+        })?;
         fail_if(resumed > last, || {
             format!("physics {generation} resumed at {resumed}, after the last tick {last}")
         })?;

@@ -7,7 +7,9 @@ mod hold;
 mod kept;
 mod limits;
 mod people;
+mod progress;
 mod reports;
+mod script;
 mod supervision;
 mod writers;
 
@@ -121,6 +123,8 @@ impl Checks {
         all.extend(kept::all());
         all.extend(supervision::all(plan, model));
         all.extend(reports::all(plan));
+        all.extend(progress::all(plan));
+        all.extend(script::all(plan, model));
         Self {
             all,
             digest: 0,

@@ -213,6 +213,7 @@ impl Check for Hangs {
 struct Verdicts {
     /// When each died.
     deaths: Vec<(Process, u64)>,
+    full_until_ns: u64,
 }
 
 impl Check for Verdicts {
@@ -222,6 +223,12 @@ impl Check for Verdicts {
 
     fn see(&mut self, moment: &Moment<'_>) -> Verdict {
         match moment.seen {
+            Seen::Fault(Fault::Full { for_ms }) => {
+                self.full_until_ns = self.full_until_ns.max(moment.now_ns + for_ms * MS);
+                Ok(())
+            }
+            // What ends without room is not to blame for it.
+            Seen::News(News::Gone(..)) if moment.now_ns < self.full_until_ns => Ok(()),
             Seen::News(News::Gone(process, ..)) => {
                 self.deaths.push((*process, moment.now_ns));
                 Ok(())
@@ -251,6 +258,8 @@ struct Recovery {
     /// Last tick of a decision, and of a state with its time.
     decision_tick: u64,
     state: (u64, u64),
+    /// Tick of the oldest command that is in force.
+    command_tick: u64,
     holds: bool,
     paused: bool,
     ended: bool,
@@ -269,6 +278,7 @@ impl Recovery {
             alive: BTreeMap::new(),
             decision_tick: 0,
             state: (0, 0),
+            command_tick: 0,
             holds: false,
             paused: false,
             ended: false,
@@ -298,6 +308,8 @@ impl Check for Recovery {
                 self.state = (state.header.tick, moment.now_ns);
                 self.paused = state.has(FLAG_PAUSED);
                 self.holds = state.arms().iter().any(|arm| arm.stop_action > 0);
+                let commands = state.arms().iter().map(|arm| arm.command_tick);
+                self.command_tick = commands.min().unwrap_or(state.header.tick);
             }
             Seen::GaveUp(_) => self.ended = true,
             _ => {}
@@ -321,15 +333,15 @@ impl Check for Recovery {
         }
         let (tick, at_ns) = self.state;
         let age = tick.saturating_sub(self.decision_tick);
-        fail_if(
-            !self.paused && (age > 100 || now_ns - at_ns > 1000 * MS || self.holds),
-            || {
-                let holds = self.holds;
-                format!(
-                    "after the last fault: decision {age} ticks old, state {} ms, arm holds: {holds}",
-                    ms(now_ns - at_ns)
-                )
-            },
-        )
+        let command_age = tick.saturating_sub(self.command_tick);
+        let is_old = age > 100 || command_age > 100 || now_ns - at_ns > 1000 * MS;
+        fail_if(!self.paused && (is_old || self.holds), || {
+            format!(
+                "after the last fault: decision {age} ticks old, command {command_age}, state \
+                 {} ms, arm holds: {}",
+                ms(now_ns - at_ns),
+                self.holds
+            )
+        })
     }
 }

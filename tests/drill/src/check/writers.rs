@@ -17,6 +17,7 @@ pub(super) fn all(plan: &Plan) -> Vec<Box<dyn Check>> {
     let mut all: Vec<Box<dyn Check>> = vec![
         Box::new(Order::default()),
         Box::new(World::default()),
+        Box::new(Resets::default()),
         Box::new(Valid),
     ];
     if plan.lockstep {
@@ -126,8 +127,48 @@ impl World {
     /// The physics that a message answers, if it was seen.
     fn answered(&self, topic: u32, message: (u32, u64)) -> Option<u32> {
         let answers = self.answers.get(&topic)?;
-        let place = answers.binary_search_by_key(&message, |(of, _)| *of).ok()?;
-        answers.get(place).map(|(_, physics)| *physics)
+        // Most messages that are used are among the newest.
+        let mut newest = answers.iter().rev();
+        let (of, physics) = newest.find(|(of, _)| *of <= message)?;
+        (*of == message).then_some(*physics)
+    }
+}
+
+/// After a reset of the scene no command about the scene before it is in force.
+#[derive(Default)]
+struct Resets {
+    /// Number of the newest reset, the generation of physics that had it, and its tick.
+    reset: (u32, u32, u64),
+}
+
+impl Check for Resets {
+    fn number(&self) -> u32 {
+        11
+    }
+
+    fn see(&mut self, moment: &Moment<'_>) -> Verdict {
+        let Seen::State(state) = moment.seen else {
+            return Ok(());
+        };
+        let (number, generation) = (state.panel.scene_reset, state.header.generation);
+        if (number, generation) != (self.reset.0, self.reset.1) {
+            // A successor of physics may have resumed long after the reset.
+            let is_reset = number != self.reset.0 && generation == self.reset.1;
+            let tick = if is_reset { state.header.tick } else { 0 };
+            self.reset = (number, generation, tick);
+        }
+        // The state in which the reset is published may be one tick later.
+        let reset_tick = self.reset.2.saturating_sub(1);
+        let arms = state.arms().iter().enumerate();
+        for (arm, of) in arms.filter(|(_, of)| of.command_seq > 0) {
+            fail_if(of.command_tick < reset_tick, || {
+                let tick = of.command_tick;
+                format!(
+                    "arm {arm} follows a command about tick {tick}, before the reset at {reset_tick}"
+                )
+            })?;
+        }
+        Ok(())
     }
 }
 

@@ -307,6 +307,12 @@ impl Model {
         one.map(|one| one.starved_until_ns = until_ns).is_some()
     }
 
+    /// Makes each turn of `process` take `turn_ns` until `until_ns`.
+    pub fn slow_down(&mut self, process: Process, turn_ns: u64, until_ns: u64) -> bool {
+        let one = self.running.iter_mut().find(|one| one.process == process);
+        one.map(|one| one.slow = (turn_ns, until_ns)).is_some()
+    }
+
     /// Leaves no room until `until_ns`.
     pub fn fill(&mut self, until_ns: u64) {
         self.full_until_ns = until_ns;

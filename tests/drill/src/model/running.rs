@@ -35,6 +35,8 @@ pub(super) struct Running {
     polls: bool,
     pub(super) frozen_until_ns: u64,
     pub(super) starved_until_ns: u64,
+    /// Least time of a turn, and until when (ns).
+    pub(super) slow: (u64, u64),
     pub(super) is_stopping: bool,
     /// It is killed after so many effects of its next turn.
     pub(super) cut: Option<u64>,
@@ -57,6 +59,7 @@ impl Running {
             polls: false,
             frozen_until_ns: 0,
             starved_until_ns: 0,
+            slow: (0, 0),
             is_stopping: false,
             cut: None,
             ran_ns: 0,
@@ -83,7 +86,7 @@ impl Running {
         self.next_ns = now_ns;
     }
 
-    /// How long its turn takes (ns); `percent` is drawn.
+    /// How long its turn takes (ns) if it has a core; `percent` is drawn.
     pub(super) fn cost_ns(&self, percent: u64) -> u64 {
         let least = match self.process {
             Process::Physics => 100_000,
@@ -109,8 +112,16 @@ impl Running {
         let by_bell = std::mem::take(&mut self.by_bell);
         let wait = turns.turn(Woken { now_ns, by_bell });
         let has_worked = worked();
-        let took_ns = if has_worked { cost_ns } else { POLL_NS };
-        let end_ns = now_ns + took_ns;
+        let ran_ns = if has_worked { cost_ns } else { POLL_NS };
+        // On a busy core it waits for the others during its turn.
+        let (slow_ns, until_ns) = self.slow;
+        let is_slow = has_worked && now_ns < until_ns;
+        let waited_ns = if is_slow {
+            slow_ns.saturating_sub(ran_ns)
+        } else {
+            0
+        };
+        let end_ns = now_ns + ran_ns + waited_ns;
         self.at_bell = wait == Wait::Bell;
         self.polls = matches!(wait, Wait::Spin | Wait::Yield) && !has_worked;
         self.next_ns = match wait {
@@ -120,7 +131,8 @@ impl Running {
             Wait::Spin | Wait::Yield => now_ns + IDLE_POLL_NS,
             Wait::Bell => end_ns + NUDGE_NS,
         };
-        self.ran_ns += took_ns;
+        self.ran_ns += ran_ns;
+        self.waited_ns += waited_ns;
         has_worked
     }
 

@@ -184,6 +184,8 @@ impl<T: Message> Loan<T> for Sheet<T> {
 pub(crate) struct Inlet<T> {
     topic: Rc<Topic<T>>,
     inbox: Rc<Inbox<T>>,
+    /// Looks for a message so far.
+    looks: usize,
 }
 
 impl<T: Message> Inlet<T> {
@@ -193,7 +195,11 @@ impl<T: Message> Inlet<T> {
         readers.retain(|reader| reader.strong_count() > 0);
         readers.push(Rc::downgrade(&inbox));
         drop(readers);
-        Self { topic, inbox }
+        Self {
+            topic,
+            inbox,
+            looks: 0,
+        }
     }
 }
 
@@ -203,8 +209,13 @@ impl<T: Message> reader::Inlet for Inlet<T> {
 
     fn receive(&mut self) -> Result<Option<(u128, Rc<T>)>, NoConnection> {
         let mut inbox = self.inbox.borrow_mut();
+        // Messages of several writers come in any order.
+        let count = inbox.len();
+        let first = self.looks % count.max(1);
+        self.looks += 1;
         let next = |queue: &mut Queue<T>| Some((queue.writer, queue.messages.pop_front()?));
-        Ok(inbox.iter_mut().find_map(next))
+        let (before, from) = inbox.split_at_mut(first);
+        Ok(from.iter_mut().chain(before).find_map(next))
     }
 
     fn is_the_only_one(&self) -> bool {

@@ -81,6 +81,11 @@ impl History for Slots {
         let Some(Ok(mut head)) = head else {
             return;
         };
+        // The task has an older memory than its newest entry: physics went back, and this entry is
+        // of decisions that have not happened.
+        if head.tick > tick {
+            return;
+        }
         head.label = tick;
         self.buffer
             .splice(..HEAD_BYTES, checkpoint::to_bytes(&head));
