@@ -69,9 +69,16 @@ impl Header {
     /// Whether the message was computed from a state of physics' `generation`: a message caused
     /// by an earlier start of physics is about another world.
     pub fn answers(&self, generation: u32) -> bool {
+        self.answered() == Some(generation)
+    }
+
+    /// The start of physics whose state the message was computed from.
+    pub fn answered(&self) -> Option<u32> {
         let state = crate::topic::TopicId::WorldState.code();
-        let is_it = |input: &Input| input.topic == state && input.generation == generation;
-        self.inputs().iter().any(is_it)
+        let mut inputs = self.inputs().iter();
+        inputs
+            .find(|input| input.topic == state)
+            .map(|input| input.generation)
     }
 
     /// The inputs named.

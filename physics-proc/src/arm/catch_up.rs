@@ -33,7 +33,7 @@ pub(crate) fn catch_up(before: &RampState, commanded: &RampState, spec: &JointSp
     RampState {
         position: position.clamp(spec.lower, spec.upper),
         velocity,
-        acceleration: (velocity - before.velocity) / TICK_S,
+        acceleration: continuable(velocity, (velocity - before.velocity) / TICK_S, spec),
     }
 }
 
@@ -58,8 +58,22 @@ pub(crate) fn coast(before: &RampState, in_a_row: u64, spec: &JointSpec) -> Ramp
     };
     RampState {
         position: next.position.clamp(spec.lower, spec.upper),
+        acceleration: continuable(next.velocity, next.acceleration, spec),
         ..next
     }
+}
+
+/// As much of `acceleration` as the jerk limit can end before `velocity` is at its limit.
+// A controller that starts here continues it and keeps both limits. Without this its first
+// commands break one of them: the way back to the path keeps the acceleration limit alone.
+fn continuable(velocity: f64, acceleration: f64, spec: &JointSpec) -> f64 {
+    let forward = acceleration.signum();
+    let half = 0.5 * TICK_S;
+    // The last reduction is a part of `j t`, which adds up to `j t²/8`.
+    let room = spec.velocity - forward * velocity - 0.5 * spec.jerk * half * half;
+    // The ticks that reduce `a` by `j t` each add `a²/2j - a t/2`: its positive root.
+    let most = spec.jerk * ((half * half + 2.0 * room.max(0.0) / spec.jerk).sqrt() + half);
+    acceleration.clamp(-most, most)
 }
 
 #[cfg(test)]
@@ -98,6 +112,35 @@ mod tests {
             path.push(at);
         }
         path
+    }
+
+    #[test]
+    fn a_controller_can_continue_from_a_setpoint_that_catches_up_or_coasts() {
+        let spec = JointSpec {
+            jerk: 500.0,
+            ..spec()
+        };
+        let ahead = RampState {
+            position: 1.0,
+            velocity: 2.0,
+            acceleration: 0.0,
+        };
+        let mut setpoint = RampState::default();
+        for tick in 0..400 {
+            setpoint = match tick % 7 {
+                0 => coast(&setpoint, 1, &spec),
+                _ => catch_up(&setpoint, &ahead, &spec),
+            };
+            let mut next = setpoint;
+            while next.acceleration > 0.0 {
+                next = next.coast(spec.jerk, TICK_S);
+                assert!(
+                    next.velocity <= spec.velocity + 1.0e-9,
+                    "{tick}: {setpoint:?}"
+                );
+            }
+        }
+        assert!(setpoint.velocity > 1.9, "{setpoint:?}");
     }
 
     #[test]

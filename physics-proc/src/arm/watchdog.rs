@@ -54,6 +54,8 @@ pub(crate) struct Accepted {
     pub(crate) generation: u32,
     pub(crate) seq: u64,
     pub(crate) tick: u64,
+    /// The start of physics that it answers; 0 if it names none.
+    physics: u32,
 }
 
 /// Origin of the setpoints.
@@ -223,6 +225,7 @@ impl Watchdog {
             generation: header.generation,
             seq: header.seq,
             tick: header.tick,
+            physics: header.answered().unwrap_or(0),
         };
         // A command that answers a later tick belongs to a run that was set back.
         // Not counted as refused: the command was judged before, or is about another scene.
@@ -277,12 +280,13 @@ impl Watchdog {
     }
 
     /// Whether the command continues from the accepted one: it has the same sender, which has
-    /// not restarted between the two and computes the motion of this arm. A sender that
+    /// not restarted between the two and computes the motion of this arm. It restarts its motion
+    /// for each start of physics. A sender that
     /// answers each state once cannot send more commands than there were states, unless
     /// physics was set back.
     fn follows_on(&self, id: Accepted) -> bool {
         let on = |last: Accepted| {
-            last.generation == id.generation
+            (last.generation, last.physics) == (id.generation, id.physics)
                 && self.stopped_at.is_none_or(|stopped| last.tick >= stopped)
                 && id.seq.saturating_sub(last.seq) <= id.tick.saturating_sub(last.tick)
         };

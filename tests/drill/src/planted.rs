@@ -141,14 +141,13 @@ fn search(tree: &Path, name: &str, minutes: f64) -> Result<Found, String> {
     cargo.current_dir(tree).env("CARGO_TARGET_DIR", &target);
     run(cargo.args([
         "build",
-        "--profile",
-        "thin",
+        "--release",
         "--quiet",
         "--package",
         "robocell-drill",
     ]))?;
     let began = Instant::now();
-    let mut drill = Command::new(target.join("thin/robocell-drill"));
+    let mut drill = Command::new(target.join("release/robocell-drill"));
     drill.args(["--seeds", "1..1000000", "--first", "--json"]);
     let output = drill
         .arg("--minutes")

@@ -256,8 +256,9 @@ impl Object {
         let shape = match self.shape.as_str() {
             "sphere" => format!("kind = \"sphere\", radius_m = {radius:?}"),
             "cylinder" | "capsule" => format!(
-                "kind = \"{}\", radius_m = {radius:?}, height_m = {size:?}",
-                self.shape
+                "kind = \"{}\", radius_m = {radius:?}, height_m = {:?}",
+                self.shape,
+                0.4 * size
             ),
             "bin" => format!(
                 "kind = \"bin\", size_m = [{size:?}, {size:?}, {radius:?}], wall_m = {:?}",

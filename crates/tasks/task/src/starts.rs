@@ -197,10 +197,10 @@ impl Decider {
         // A checkpoint of another generation, or of a decision after the saved state, would
         // give the resumed task a memory of things that have not happened.
         let decided = self.decided;
-        let is_ours = |tick| {
-            let known =
-                |(generation, last)| (generation == saving.0 || has_resumed) && last <= tick;
-            decided.is_some_and(known)
+        let is_ours = |tick| match decided {
+            Some((generation, last)) => (generation == saving.0 || has_resumed) && last <= tick,
+            // A new process, with the checkpoint of the one before.
+            None => has_resumed,
         };
         let saved = state.saved_tick;
         // A task that was away while that state was saved; without this a kill would take the

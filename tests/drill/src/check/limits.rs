@@ -12,6 +12,8 @@ use crate::model::Model;
 const TICK_S: f64 = 1.0e-3;
 /// What rounding may add.
 const MARGIN: f64 = 1.0 + 1.0e-6;
+/// A setpoint as near as this to the commanded path returns to it in one tick (rad/s or m/s).
+const RETURNS: f64 = 1.1e-5;
 
 pub(super) fn all(model: &Model) -> Vec<Box<dyn Check>> {
     // Those that commands and states name.
@@ -83,9 +85,10 @@ fn step(
         format!("its setpoint moved by {moved} in a tick")
     })?;
     let faster = (v - old.setpoint_velocities[joint]).abs();
-    fail_if(faster > spec.acceleration * TICK_S * MARGIN, || {
-        format!("the velocity of its setpoint changed by {faster} in a tick")
-    })?;
+    fail_if(
+        faster > spec.acceleration * TICK_S * MARGIN + RETURNS,
+        || format!("the velocity of its setpoint changed by {faster} in a tick"),
+    )?;
     let jerk = (a - old.setpoint_accelerations[joint]).abs();
     // After a late command physics returns to the path by the acceleration limit alone
     // (`catch_up.rs`); in lockstep no command is late.

@@ -58,10 +58,11 @@ impl Progress {
         if state.generation != physics || decision.header.tick <= self.reset_tick {
             return Ok(());
         }
+        // A checkpoint for a state does not have the decision on that state.
         if std::mem::replace(&mut self.answered, physics) != physics {
             while self
                 .counts
-                .pop_back_if(|(tick, _)| *tick > resumed_tick)
+                .pop_back_if(|(tick, _)| *tick >= resumed_tick)
                 .is_some()
             {}
         }

@@ -312,6 +312,10 @@ impl Check for Recovery {
                 self.command_tick = commands.min().unwrap_or(state.header.tick);
             }
             Seen::GaveUp(_) => self.ended = true,
+            // The cell works without it, and tries it again much later.
+            Seen::News(News::Warned(text)) if text.starts_with("monitor has stopped") => {
+                self.processes.retain(|of| *of != Process::Monitor);
+            }
             _ => {}
         }
         Ok(())
