@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use serde::Serialize;
 
 use crate::check::Failed;
+use crate::coverage::{Coverage, NAMED};
 use crate::draw::{self, Level};
 use crate::plan::{Fault, Plan};
 use crate::run::{Outcome, run};
@@ -61,6 +62,13 @@ pub struct Summary {
     pub digest: String,
     /// By kind: its name, faults that were drawn, and those that had something to act on.
     pub faults: Vec<(&'static str, u32, u32)>,
+    /// Combinations of states that were reached, by their hashes.
+    pub combinations: usize,
+    /// Named states that no plan reached.
+    pub not_reached: Vec<&'static str>,
+    /// Seeds of plans that reached a combination first.
+    #[serde(skip)]
+    pub firsts: Vec<u64>,
     /// Seeds that failed, and the invariant of each.
     pub failed: Vec<FailedSeed>,
 }
@@ -125,6 +133,7 @@ fn summarise(
     let mut summary = Summary::default();
     let mut drawn = [[0; 2]; Fault::KINDS.len()];
     let mut failures = Vec::new();
+    let mut reached = Coverage::default();
     for (plan, outcome) in done {
         let outcome = outcome.map_err(|why| format!("seed {}: {why}", plan.seed))?;
         summary.schedules += 1;
@@ -137,12 +146,21 @@ fn summarise(
         for (kind, effective) in outcome.effective.iter().enumerate() {
             drawn[kind][1] += effective;
         }
+        let count = reached.bits.len();
+        reached.bits.extend(&outcome.coverage.bits);
+        reached.named.extend(&outcome.coverage.named);
+        if reached.bits.len() > count {
+            summary.firsts.push(plan.seed);
+        }
         if let Some(failed) = outcome.failed {
             let (seed, invariant) = (plan.seed, failed.invariant);
             summary.failed.push(FailedSeed { seed, invariant });
             failures.push(Failure { plan, failed });
         }
     }
+    summary.combinations = reached.bits.len();
+    let is_missing = |name: &&&str| !reached.named.contains(**name);
+    summary.not_reached = NAMED.iter().filter(is_missing).copied().collect();
     summary.digest = format!("{:016x}", digest.finish());
     summary.x_real_time = summary.simulated_s / busy.as_secs_f64().max(1.0e-9);
     let names = Fault::KINDS.iter().zip(drawn);

@@ -23,7 +23,7 @@ pub enum Level {
 }
 
 /// Scenes with their policies: arms of both kinds, two arms, equipment.
-const SCENES: [(&str, &[&str]); 5] = [
+const SCENES: [(&str, &[&str]); 7] = [
     ("franka-stack", &["fsm", "ifelse", "bt"]),
     (
         "cube",
@@ -31,6 +31,8 @@ const SCENES: [(&str, &[&str]); 5] = [
     ),
     ("franka-pyramid", &["json"]),
     ("ur10-palletize", &["table"]),
+    ("ur10-fill-bin", &["matrix"]),
+    ("ur10-bin-stack", &["matrix"]),
     ("reach", &["follow"]),
 ];
 

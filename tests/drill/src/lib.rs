@@ -7,7 +7,9 @@
 
 pub mod batch;
 pub mod check;
+pub mod coverage;
 pub mod draw;
+pub mod export;
 pub mod fidelity;
 pub mod model;
 mod observer;

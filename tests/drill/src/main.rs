@@ -16,7 +16,7 @@ use serde::Serialize;
 use robocell_drill::batch::{self, Batch, Failure, examine};
 use robocell_drill::draw::Level;
 use robocell_drill::plan::Plan;
-use robocell_drill::{draw, fidelity, planted, reduce};
+use robocell_drill::{draw, export, fidelity, planted, reduce};
 
 /// An invariant did not hold.
 const FAILED: u8 = 5;
@@ -56,6 +56,9 @@ struct Args {
     /// So many plans are also run as real processes, and the state hashes compared.
     #[arg(long, value_name = "COUNT")]
     fidelity: Option<u64>,
+    /// Also prints the states that were reached; ends with 2 where a named one was not.
+    #[arg(long)]
+    coverage: bool,
     /// A patch of the tree that is built and searched for `--minutes`.
     #[arg(long)]
     patch: Option<PathBuf>,
@@ -131,6 +134,16 @@ fn work(args: &Args) -> Result<bool, String> {
         );
         for (kind, drawn, effective) in &summary.faults {
             println!("  {kind}: {drawn} drawn, {effective} effective");
+        }
+    }
+    if args.coverage {
+        let (firsts, combinations) = (summary.firsts.len(), summary.combinations);
+        println!("{combinations} combinations of states; {firsts} plans reached a new one");
+        if !summary.not_reached.is_empty() {
+            return Err(format!(
+                "no plan reached: {}",
+                summary.not_reached.join("; ")
+            ));
         }
     }
     // A kind that mostly hits nothing tests nothing.
@@ -237,5 +250,13 @@ fn report(failure: &Failure) -> Result<(), String> {
         .and_then(|()| std::fs::write(&path, text))
         .map_err(|error| format!("{}: {error}", path.display()))?;
     println!("  again: cargo drill --plan {}", path.display());
+    let ran = examine(&small)?;
+    let ticks_per_ms = ran.simulated_ms as f64 / ran.ran_ms.max(1) as f64;
+    let exported = export::write(&small, ticks_per_ms, &dir)
+        .map_err(|error| format!("{}: {error}", dir.display()))?;
+    println!("  real system: {}", exported.command);
+    if exported.only_simulated > 0 {
+        println!("  ({} events only simulated)", exported.only_simulated);
+    }
     Ok(())
 }

@@ -7,6 +7,7 @@ use supervisor::run::supervisor_loop::{SupervisorLoop, Terms, Verdict};
 use supervisor::supervision::Rules;
 
 use crate::check::{Checks, Failed, Moment, Seen};
+use crate::coverage::Coverage;
 use crate::model::{Launcher, Model, News, Shared};
 use crate::observer::Observer;
 use crate::people::People;
@@ -32,6 +33,8 @@ pub struct Outcome {
     pub decisions: BTreeMap<u64, u64>,
     /// By kind: faults that had a process or a file to act on.
     pub effective: [u32; Fault::KINDS.len()],
+    /// The states that were reached.
+    pub coverage: Coverage,
     /// The last events, for people.
     pub log: Vec<String>,
 }
@@ -128,6 +131,7 @@ impl Run<'_> {
         self.outcome.hashes = self.checks.hashes().to_vec();
         self.outcome.decisions.clone_from(self.checks.decisions());
         self.outcome.log = self.checks.take_log();
+        self.outcome.coverage = self.checks.take_coverage();
     }
 
     /// A turn of the launcher.

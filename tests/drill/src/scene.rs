@@ -75,6 +75,8 @@ pub enum TaskPlan {
         /// Whether the goals are poses, which RMPflow follows, or joint positions.
         poses: bool,
     },
+    /// The arm follows its operator.
+    Follow,
     /// The text of a behaviour file of this kind: `tree`, `machine` or `matrix`.
     File {
         /// The kind.
@@ -100,6 +102,7 @@ impl Scene {
     pub fn policy(&self) -> &'static str {
         match &self.task {
             TaskPlan::Stub { .. } => crate::stub::POLICY,
+            TaskPlan::Follow => "follow",
             TaskPlan::File { kind, .. } => match kind.as_str() {
                 "tree" => "json",
                 "machine" => "table",
@@ -191,6 +194,7 @@ impl Scene {
                 &mut text,
                 &format!("[task]\nkind = \"{NAME}\"\nmemory = {memory}\nposes = {poses}\n"),
             ),
+            TaskPlan::Follow => table(&mut text, "[task]\nkind = \"reach\"\n"),
             TaskPlan::File { kind, .. } => {
                 let behaviour = self.behaviour();
                 table(

@@ -38,7 +38,6 @@ mod page;
 mod page_serving;
 mod physics_kills;
 mod plot;
-mod random_kills;
 mod replaced;
 mod replay;
 mod restart_latency;

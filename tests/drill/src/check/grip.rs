@@ -11,7 +11,7 @@ use super::{Check, Moment, Seen, Verdict, fail_if};
 const SURE_TICKS: u64 = 100;
 
 pub(super) fn all() -> Vec<Box<dyn Check>> {
-    vec![Box::new(Kept::default())]
+    vec![Box::new(Kept::default()), Box::new(Placed)]
 }
 
 /// An object that is held is held until the task asks for its release: no restart opens a
@@ -80,6 +80,28 @@ impl Kept {
             }
         }
         Ok(())
+    }
+}
+
+/// No object counts twice.
+struct Placed;
+
+impl Check for Placed {
+    fn number(&self) -> u32 {
+        18
+    }
+
+    fn see(&mut self, moment: &Moment<'_>) -> Verdict {
+        let Seen::Decision(decision) = moment.seen else {
+            return Ok(());
+        };
+        let count = (decision.placed_count as usize).min(decision.placed.len());
+        let placed = &decision.placed[..count];
+        let mut objects = placed.iter().enumerate();
+        let twice = objects.find(|(place, object)| placed[..*place].contains(object));
+        fail_if(twice.is_some(), || {
+            format!("an object is placed twice: {placed:?}")
+        })
     }
 }
 

@@ -21,6 +21,7 @@ use ipc_types::world::FLAG_ENDING;
 use ipc_types::{ArmCommand, ArmStatus, Decision, Health, OperatorReply, TraceLine, WorldState};
 use ipc_types::{Header, Wire};
 
+use crate::coverage::Coverage;
 use crate::model::{Model, News};
 use crate::plan::{Asked, Fault, MS, Plan, noise};
 
@@ -100,6 +101,7 @@ pub struct Checks {
     tick: u64,
     ticks: u64,
     keeps_decisions: bool,
+    coverage: Coverage,
     log: Vec<String>,
     /// State hashes at every hundredth tick.
     hashes: Vec<(u64, u64)>,
@@ -132,6 +134,7 @@ impl Checks {
             ticks: 0,
             // For the comparison with the run without faults.
             keeps_decisions: plan.lockstep,
+            coverage: Coverage::default(),
             log: Vec::new(),
             hashes: Vec::new(),
             decisions: BTreeMap::new(),
@@ -141,6 +144,7 @@ impl Checks {
     /// Shows `moment` to every invariant; returns the first that does not hold.
     pub fn see(&mut self, moment: &Moment<'_>) -> Option<Failed> {
         self.record(moment);
+        self.coverage.see(moment);
         self.first(moment.now_ns, |check| check.see(moment))
     }
 
@@ -167,6 +171,11 @@ impl Checks {
     /// Hash over all that was seen.
     pub fn result(&self) -> u64 {
         self.digest
+    }
+
+    /// The states that were reached.
+    pub fn take_coverage(&mut self) -> Coverage {
+        std::mem::take(&mut self.coverage)
     }
 
     /// Ticks of physics, those that a restart repeats included.

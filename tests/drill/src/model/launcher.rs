@@ -189,8 +189,8 @@ impl Model {
         let begins_ns = self.now_ns() + start_ms * MS;
         let one = Running::new(process, generation, self.next_pid, begins_ns);
         let place = Process::all(self.spec.arms);
-        let place_of = |one: &Running| place.iter().position(|p| *p == one.process);
-        self.running.push(one);
+        let place_of = |one: &Box<Running>| place.iter().position(|p| *p == one.process);
+        self.running.push(Box::new(one));
         self.running.sort_by_key(place_of);
         self.news.push(News::Spawned(process, generation));
     }

@@ -77,7 +77,11 @@ pub struct Model {
     _dir: Option<SceneDir>,
     controllers: Controllers,
     /// The processes that exist.
-    running: Vec<Running>,
+    #[expect(
+        clippy::vec_box,
+        reason = "one is taken out and put back for each turn"
+    )]
+    running: Vec<Box<Running>>,
     ended: Vec<(Process, u32, Exit)>,
     disk: Disk,
     requests: MemoryFile,
@@ -248,7 +252,7 @@ impl Model {
     }
 
     /// It is not there any more: no destructor of it has an effect.
-    fn gone(&mut self, one: Running, exit: Exit) {
+    fn gone(&mut self, one: Box<Running>, exit: Exit) {
         self.site.effects().allow(0);
         let (process, generation) = (one.process, one.generation);
         drop(one);
