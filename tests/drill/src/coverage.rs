@@ -52,10 +52,10 @@ pub struct Coverage {
     pub bits: BTreeSet<u64>,
     /// The present combination, and the one before.
     now: Combination,
-    before: u64,
+    before: (Combination, u64),
 }
 
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Combination {
     flags: u32,
     arms: u64,
@@ -147,7 +147,11 @@ impl Coverage {
     }
 
     fn combine(&mut self) {
+        let (before, before_hash) = self.before;
         let now = &self.now;
+        if *now == before {
+            return;
+        }
         let parts = [
             u64::from(now.flags),
             now.arms,
@@ -157,13 +161,10 @@ impl Coverage {
             now.told,
         ];
         let hash = parts.iter().fold(0, |hash, part| noise(hash, *part, 0));
-        if hash == self.before {
-            return;
-        }
         self.bits.insert(hash % BITS);
         // How it came there, too.
-        self.bits.insert(noise(hash, self.before, 1) % BITS);
-        self.before = hash;
+        self.bits.insert(noise(hash, before_hash, 1) % BITS);
+        self.before = (*now, hash);
     }
 }
 

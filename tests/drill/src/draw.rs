@@ -345,6 +345,8 @@ fn fault(draw: &mut Draw, kind: usize, arms: u8) -> Fault {
             for_ms: draw.log(20, 1_000),
             turn_us: draw.log(300, 60_000),
         },
+        9 => Fault::Hang { process: of },
+        10 => Fault::Restart { process: of },
         _ => Fault::Kill {
             process: of,
             effect: draw.percent(50).then(|| draw.log(1, 3_000) - 1),

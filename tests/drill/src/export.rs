@@ -86,6 +86,7 @@ fn of_fault(fault: &Fault) -> Option<Value> {
         Fault::Kill { process, .. }
         | Fault::FailedStart { process }
         | Fault::SlowStart { process, .. } => Some(json!({"do": "kill", "process": process})),
+        Fault::Restart { process } => Some(json!({"do": "kill", "process": process})),
         Fault::Stop { process, for_ms } => {
             let for_s = *for_ms as f64 * 1.0e-3;
             Some(json!({"do": "stop", "process": process, "for_s": for_s}))

@@ -147,6 +147,16 @@ pub enum Fault {
         /// Time of a turn (us).
         turn_us: u64,
     },
+    /// It runs in a circle: it has a core, and no turn of it ends.
+    Hang {
+        /// Its name.
+        process: String,
+    },
+    /// A person restarts it.
+    Restart {
+        /// Its name.
+        process: String,
+    },
     /// No room in shared memory, and no write to the disk succeeds.
     Full {
         /// How long.
@@ -180,7 +190,7 @@ pub enum Fault {
 
 impl Fault {
     /// Names of all kinds.
-    pub const KINDS: [&str; 9] = [
+    pub const KINDS: [&str; 11] = [
         "kill",
         "stop",
         "starve",
@@ -190,12 +200,17 @@ impl Fault {
         "slow_start",
         "launcher",
         "busy",
+        "hang",
+        "restart",
     ];
 
     /// How long it lasts (ms).
     pub fn length_ms(&self) -> u64 {
         match self {
-            Self::Kill { .. } | Self::FailedStart { .. } => 0,
+            Self::Kill { .. }
+            | Self::FailedStart { .. }
+            | Self::Hang { .. }
+            | Self::Restart { .. } => 0,
             Self::Stop { for_ms, .. }
             | Self::Starve { for_ms, .. }
             | Self::Full { for_ms }
@@ -218,6 +233,8 @@ impl Fault {
             Self::SlowStart { .. } => 6,
             Self::Launcher { .. } => 7,
             Self::Busy { .. } => 8,
+            Self::Hang { .. } => 9,
+            Self::Restart { .. } => 10,
         }
     }
 }

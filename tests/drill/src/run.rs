@@ -172,8 +172,14 @@ impl Run<'_> {
 
     /// Lets the fault happen; false where it has nothing to act on.
     fn inject(&mut self, now_ns: u64, fault: &Fault) -> bool {
+        let arms = self.model.borrow().spec.arms;
+        if let Fault::Restart { process: name } = fault {
+            let of = process(name, arms);
+            let of = of.filter(|of| self.model.borrow().exists(*of));
+            of.into_iter().for_each(|of| self.cell.restart(now_ns, of));
+            return of.is_some();
+        }
         let mut model = self.model.borrow_mut();
-        let arms = model.spec.arms;
         let until = |ms: u64| now_ns + ms * MS;
         match fault {
             Fault::Kill {
@@ -188,6 +194,9 @@ impl Run<'_> {
                 process: of,
                 for_ms,
             } => process(of, arms).is_some_and(|of| model.starve(of, until(*for_ms))),
+            Fault::Hang { process: of } => process(of, arms).is_some_and(|of| model.hang(of)),
+            // See above: the launcher does it.
+            Fault::Restart { .. } => false,
             Fault::Busy {
                 process: of,
                 for_ms,

@@ -34,8 +34,8 @@ struct Progress {
     reset_tick: u64,
     /// Physics of the last decision.
     answered: u32,
-    /// Tick and count of the decisions, the newest last.
-    counts: VecDeque<(u64, u64)>,
+    /// Tick, count and physics of the decisions, the newest last.
+    counts: VecDeque<(u64, u64, u32)>,
 }
 
 impl Progress {
@@ -62,20 +62,22 @@ impl Progress {
         if std::mem::replace(&mut self.answered, physics) != physics {
             while self
                 .counts
-                .pop_back_if(|(tick, _)| *tick >= resumed_tick)
+                .pop_back_if(|(tick, ..)| *tick >= resumed_tick)
                 .is_some()
             {}
         }
         let (tick, count) = (decision.header.tick, u64::from(decision.resyncs));
         let before = self.counts.back().copied();
-        self.counts.push_back((tick, count));
+        self.counts.push_back((tick, count, physics));
         if self.counts.len() > KEPT {
             self.counts.pop_front();
         }
-        let Some((before_tick, before)) = before else {
+        let Some((before_tick, before, of)) = before else {
             return Ok(());
         };
-        let most = before + tick.saturating_sub(before_tick) / DECISION_TICKS + 1;
+        // In a pause it decides once for each start of physics.
+        let starts = u64::from(physics.saturating_sub(of));
+        let most = before + tick.saturating_sub(before_tick) / DECISION_TICKS + 1 + starts;
         fail_if(!(before..=most).contains(&count), || {
             format!(
                 "at tick {tick} the task has decided {count} times, after {before} at tick \

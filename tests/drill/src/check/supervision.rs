@@ -118,13 +118,24 @@ impl Hangs {
                     self.stopped.insert(process, (now_ns, now_ns + for_ms * MS));
                 }
             }
+            Fault::Hang { process } => {
+                if let Some(process) = of(process) {
+                    // One that was asked to end has a second for it, see below.
+                    let of = self.stopped.entry(process).or_insert((now_ns, 0));
+                    *of = (of.0.max(now_ns), u64::MAX);
+                }
+            }
             Fault::Starve { process, for_ms } => {
                 if let Some(process) = of(process) {
                     self.starved.insert(process, now_ns + for_ms * MS);
                 }
             }
-            Fault::Launcher { for_ms } => self.launcher_until_ns = now_ns + for_ms * MS,
-            Fault::Full { for_ms } => self.full_until_ns = now_ns + for_ms * MS,
+            Fault::Launcher { for_ms } => {
+                self.launcher_until_ns = self.launcher_until_ns.max(now_ns + for_ms * MS);
+            }
+            Fault::Full { for_ms } => {
+                self.full_until_ns = self.full_until_ns.max(now_ns + for_ms * MS);
+            }
             _ => {}
         }
     }
@@ -188,6 +199,12 @@ impl Check for Hangs {
                 self.works.remove(process);
             }
             Seen::News(News::Warned(text)) => return self.accused(text),
+            Seen::News(News::Signalled(process, Signal::Terminate)) => {
+                // One that is asked to end has a second for it.
+                if let Some((since_ns, _)) = self.stopped.get_mut(process) {
+                    *since_ns = now_ns + 1_000 * MS;
+                }
+            }
             Seen::News(News::Signalled(process, Signal::Kill)) => {
                 let starves = self
                     .starved

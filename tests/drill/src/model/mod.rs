@@ -311,6 +311,18 @@ impl Model {
         one.map(|one| one.starved_until_ns = until_ns).is_some()
     }
 
+    /// Whether `process` exists.
+    pub fn exists(&self, process: Process) -> bool {
+        self.index(process).is_some()
+    }
+
+    /// Lets `process` work for ever on its next turn.
+    pub fn hang(&mut self, process: Process) -> bool {
+        let now_ns = self.now_ns();
+        let one = self.running.iter_mut().find(|one| one.process == process);
+        one.map(|one| one.hangs_since_ns = Some(now_ns)).is_some()
+    }
+
     /// Makes each turn of `process` take `turn_ns` until `until_ns`.
     pub fn slow_down(&mut self, process: Process, turn_ns: u64, until_ns: u64) -> bool {
         let one = self.running.iter_mut().find(|one| one.process == process);

@@ -35,6 +35,8 @@ pub(super) struct Running {
     polls: bool,
     pub(super) frozen_until_ns: u64,
     pub(super) starved_until_ns: u64,
+    /// Since when it works on one turn.
+    pub(super) hangs_since_ns: Option<u64>,
     /// Least time of a turn, and until when (ns).
     pub(super) slow: (u64, u64),
     pub(super) is_stopping: bool,
@@ -59,6 +61,7 @@ impl Running {
             polls: false,
             frozen_until_ns: 0,
             starved_until_ns: 0,
+            hangs_since_ns: None,
             slow: (0, 0),
             is_stopping: false,
             cut: None,
@@ -69,6 +72,9 @@ impl Running {
 
     /// When it gets a core for its next turn.
     pub(super) fn due_ns(&self) -> u64 {
+        if self.hangs_since_ns.is_some() {
+            return u64::MAX;
+        }
         self.next_ns
             .max(self.starved_until_ns)
             .max(self.frozen_until_ns)
@@ -151,6 +157,15 @@ impl Running {
 
     /// What the kernel says of its main thread at `now_ns`.
     pub(super) fn share(&self, now_ns: u64) -> Share {
+        if let Some(since_ns) = self.hangs_since_ns {
+            return Share {
+                ran_ns: self.ran_ns + now_ns.saturating_sub(since_ns),
+                waited_ns: self.waited_ns,
+                waits: false,
+                sleeps: false,
+                ended: false,
+            };
+        }
         let can_run = self.next_ns <= now_ns;
         let is_frozen = now_ns < self.frozen_until_ns;
         let waits = can_run && !is_frozen && now_ns < self.starved_until_ns;
