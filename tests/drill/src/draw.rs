@@ -40,6 +40,9 @@ const SCENES: [(&str, &[&str]); 7] = [
 /// and commands, starts, hangs, kept states, two seconds without a command.
 const EDGES_MS: [u64; 12] = [0, 17, 28, 49, 51, 99, 101, 499, 501, 999, 1001, 2001];
 
+/// Longer than the time within which a cell in lockstep has to recover (ms).
+const LOCKSTEP_RECOVERS_MS: u64 = 26_000;
+
 /// A stream of draws.
 struct Draw(Random);
 
@@ -101,6 +104,10 @@ pub fn plan(seed: u64, level: Level, longest_ms: u64) -> Plan {
     }
     if draw.percent(30) {
         plan.script = script(&mut draw, &plan, arms);
+    }
+    // Whether lockstep has recovered is known late.
+    if plan.lockstep && draw.percent(3) {
+        plan.horizon_ms += LOCKSTEP_RECOVERS_MS;
     }
     plan
 }

@@ -45,7 +45,7 @@ struct Args {
     #[arg(long, default_value_t = 2)]
     jobs: usize,
     /// Longest run of a plan (s).
-    #[arg(long, default_value_t = 20)]
+    #[arg(long, default_value_t = 10)]
     longest: u64,
     /// End with the first failure.
     #[arg(long)]
