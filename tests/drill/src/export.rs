@@ -1,4 +1,5 @@
 //! A plan for the real cell: its scene as a cell file, its faults and requests as lines of a script.
+#![expect(clippy::format_push_string, reason = "short texts, made once in a run")]
 
 use std::path::Path;
 
@@ -47,7 +48,11 @@ pub fn write(plan: &Plan, ticks_per_ms: f64, dir: &Path) -> std::io::Result<Expo
         lines.push((ticks(at_s), Value::Object(action).to_string()));
     }
     lines.sort();
-    let script: String = lines.iter().map(|(_, line)| format!("{line}\n")).collect();
+    let mut script = String::new();
+    for (_, line) in &lines {
+        script += line;
+        script.push('\n');
+    }
     std::fs::create_dir_all(dir)?;
     let script_path = dir.join("script.jsonl");
     std::fs::write(&script_path, script)?;
@@ -85,8 +90,8 @@ fn of_fault(fault: &Fault) -> Option<Value> {
     match fault {
         Fault::Kill { process, .. }
         | Fault::FailedStart { process }
+        | Fault::Restart { process }
         | Fault::SlowStart { process, .. } => Some(json!({"do": "kill", "process": process})),
-        Fault::Restart { process } => Some(json!({"do": "kill", "process": process})),
         Fault::Stop { process, for_ms } => {
             let for_s = *for_ms as f64 * 1.0e-3;
             Some(json!({"do": "stop", "process": process, "for_s": for_s}))

@@ -106,6 +106,11 @@ fn work(args: &Args) -> Result<bool, String> {
         print_json(&found)?;
         return Ok(!found.found);
     }
+    many(args)
+}
+
+/// Runs a batch of seeds; whether all invariants held.
+fn many(args: &Args) -> Result<bool, String> {
     let limit = args
         .minutes
         .map(|minutes| Duration::from_secs_f64(60.0 * minutes));

@@ -46,14 +46,15 @@ impl Observer {
     pub(crate) fn look(&mut self, process: Process, mut each: impl FnMut(Seen<'_>)) {
         match process {
             Process::Physics => {
-                let state = self.state.take();
-                state.into_iter().for_each(|state| each(Seen::State(state)));
+                if let Some(state) = self.state.take() {
+                    each(Seen::State(state));
+                }
             }
             Process::Controller(arm) => self.look_at_arm(usize::from(arm), &mut each),
             Process::Task => {
-                let decision = self.decision.take();
-                let decision = decision.into_iter();
-                decision.for_each(|decision| each(Seen::Decision(decision)));
+                if let Some(decision) = self.decision.take() {
+                    each(Seen::Decision(decision));
+                }
                 self.trace.take_all(|line| {
                     if line.kind == TraceKind::Lifecycle.code() {
                         each(Seen::Trace(line));

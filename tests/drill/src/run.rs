@@ -176,7 +176,9 @@ impl Run<'_> {
         if let Fault::Restart { process: name } = fault {
             let of = process(name, arms);
             let of = of.filter(|of| self.model.borrow().exists(*of));
-            of.into_iter().for_each(|of| self.cell.restart(now_ns, of));
+            if let Some(of) = of {
+                self.cell.restart(now_ns, of);
+            }
             return of.is_some();
         }
         let mut model = self.model.borrow_mut();

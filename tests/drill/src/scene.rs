@@ -1,4 +1,5 @@
 //! A scene that no file of the checkout has: robots, objects and a task, drawn from a seed.
+#![expect(clippy::format_push_string, reason = "short texts, made once in a run")]
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};

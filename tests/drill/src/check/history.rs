@@ -7,6 +7,13 @@ use ipc_types::WorldState;
 /// States that a successor of physics may resume from.
 const KEPT: usize = 2100;
 
+/// Removes the newest entries of `all`, as far as they have not happened any more.
+pub(super) fn undo<T>(all: &mut VecDeque<T>, is_undone: impl Fn(&T) -> bool) {
+    while all.back().is_some_and(&is_undone) {
+        all.pop_back();
+    }
+}
+
 /// A value of each state.
 #[derive(Default)]
 pub(super) struct History {
@@ -24,7 +31,7 @@ impl History {
         let old = is_first.then(|| self.states.iter().find(is_same)).flatten();
         let differs = old.is_some_and(|(.., old)| *old != value);
         // What came after that tick has not happened any more.
-        while self.states.pop_back_if(|(of, ..)| *of >= tick).is_some() {}
+        undo(&mut self.states, |(of, ..)| *of >= tick);
         self.states.push_back((tick, reset, value));
         if self.states.len() > KEPT {
             self.states.pop_front();

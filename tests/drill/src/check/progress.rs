@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use ipc_types::topic::TopicId;
 use ipc_types::{Decision, WorldState};
 
+use super::history::undo;
 use super::{Check, Moment, Seen, Verdict, fail_if};
 use crate::plan::Plan;
 use crate::scene::TaskPlan;
@@ -60,11 +61,7 @@ impl Progress {
         }
         // A checkpoint for a state does not have the decision on that state.
         if std::mem::replace(&mut self.answered, physics) != physics {
-            while self
-                .counts
-                .pop_back_if(|(tick, ..)| *tick >= resumed_tick)
-                .is_some()
-            {}
+            undo(&mut self.counts, |(tick, ..)| *tick >= resumed_tick);
         }
         let (tick, count) = (decision.header.tick, u64::from(decision.resyncs));
         let before = self.counts.back().copied();

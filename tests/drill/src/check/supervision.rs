@@ -315,7 +315,7 @@ impl Check for Recovery {
                 self.last_fault_ns = self.last_fault_ns.max(end_ns);
             }
             Seen::News(News::Stopped(..) | News::Gone(..)) => {
-                self.last_fault_ns = self.last_fault_ns.max(moment.now_ns)
+                self.last_fault_ns = self.last_fault_ns.max(moment.now_ns);
             }
             Seen::Health(process, _) => {
                 self.alive.insert(process, moment.now_ns);

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, VecDeque};
 use ipc_types::Header;
 use ipc_types::topic::TopicId;
 
+use super::history::undo;
 use super::{Check, Moment, Seen, Verdict, fail_if};
 use crate::plan::Plan;
 
@@ -69,12 +70,15 @@ impl Check for Order {
     }
 }
 
+/// Generation and number of a message, and the physics that it answers.
+type Answer = ((u32, u64), u32);
+
 /// Commands and decisions that physics uses answer this start of physics.
 #[derive(Default)]
 struct World {
     /// By topic: generation and number of messages, in their order, and the physics that each
     /// answers.
-    answers: BTreeMap<u32, VecDeque<((u32, u64), u32)>>,
+    answers: BTreeMap<u32, VecDeque<Answer>>,
     /// The newest message of each topic that a physics used: a successor resumes with it in
     /// force.
     in_force: BTreeMap<u32, (u32, u64)>,
@@ -114,7 +118,7 @@ impl Check for World {
         let message = (header.generation, header.seq);
         let answers = self.answers.entry(topic).or_default();
         // A decision may be repeated with its number; the last counts.
-        while answers.pop_back_if(|(of, _)| *of >= message).is_some() {}
+        undo(answers, |(of, _)| *of >= message);
         answers.push_back((message, physics));
         if answers.len() > MESSAGES {
             answers.pop_front();

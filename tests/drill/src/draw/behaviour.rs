@@ -1,6 +1,7 @@
 //! Draws behaviour files: trees, tables and matrices whose steps are real skills.
 //!
 //! They do nothing useful. What they have to do is to resume as they were.
+#![expect(clippy::format_push_string, reason = "short texts, made once in a run")]
 
 use serde_json::{Value, json};
 

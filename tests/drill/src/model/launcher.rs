@@ -189,9 +189,9 @@ impl Model {
         let begins_ns = self.now_ns() + start_ms * MS;
         let one = Running::new(process, generation, self.next_pid, begins_ns);
         let place = Process::all(self.spec.arms);
-        let place_of = |one: &Box<Running>| place.iter().position(|p| *p == one.process);
+        let place_of = |process| place.iter().position(|p| *p == process);
         self.running.push(Box::new(one));
-        self.running.sort_by_key(place_of);
+        self.running.sort_by_key(|one| place_of(one.process));
         self.news.push(News::Spawned(process, generation));
     }
 }

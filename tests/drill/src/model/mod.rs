@@ -105,12 +105,12 @@ impl Model {
     /// # Errors
     /// In words, where the scene of the plan does not exist.
     pub fn new(plan: &Plan) -> Result<Shared, String> {
-        let (cell, dir) = match &plan.scene {
-            Some(scene) => scene.load(plan.seed).map(|(cell, dir)| (cell, Some(dir)))?,
-            None => {
-                let cell = Cell::load(&Data::checkout(), &plan.demo, plan.seed, None);
-                (cell.map_err(|error| error.to_string())?, None)
-            }
+        let (cell, dir) = if let Some(scene) = &plan.scene {
+            let (cell, dir) = scene.load(plan.seed)?;
+            (cell, Some(dir))
+        } else {
+            let cell = Cell::load(&Data::checkout(), &plan.demo, plan.seed, None);
+            (cell.map_err(|error| error.to_string())?, None)
         };
         let arms = u8::try_from(cell.arms.len()).map_err(|error| error.to_string())?;
         let mut spec = plan.spec(arms).map_err(|error| error.to_string())?;

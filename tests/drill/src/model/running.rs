@@ -20,6 +20,17 @@ const IDLE_POLL_NS: u64 = 200_000;
 /// Longest sleep at a doorbell (ns), as in `cell_worker::run`.
 const NUDGE_NS: u64 = 5 * MS;
 
+/// What a process waits for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Waits {
+    /// A time.
+    Time,
+    /// An effect of another, for which it polls.
+    Effect,
+    /// Its doorbell.
+    Bell,
+}
+
 /// A process that exists.
 pub(super) struct Running {
     pub(super) process: Process,
@@ -30,9 +41,8 @@ pub(super) struct Running {
     sleeper: Option<Sleeper>,
     /// When its next turn is, if it gets a core.
     next_ns: u64,
-    at_bell: bool,
+    waits: Waits,
     by_bell: bool,
-    polls: bool,
     pub(super) frozen_until_ns: u64,
     pub(super) starved_until_ns: u64,
     /// Since when it works on one turn.
@@ -56,9 +66,8 @@ impl Running {
             turns: None,
             sleeper: None,
             next_ns: begins_ns,
-            at_bell: false,
+            waits: Waits::Time,
             by_bell: false,
-            polls: false,
             frozen_until_ns: 0,
             starved_until_ns: 0,
             hangs_since_ns: None,
@@ -128,8 +137,11 @@ impl Running {
             0
         };
         let end_ns = now_ns + ran_ns + waited_ns;
-        self.at_bell = wait == Wait::Bell;
-        self.polls = matches!(wait, Wait::Spin | Wait::Yield) && !has_worked;
+        self.waits = match wait {
+            Wait::Bell => Waits::Bell,
+            Wait::Spin | Wait::Yield if !has_worked => Waits::Effect,
+            _ => Waits::Time,
+        };
         self.next_ns = match wait {
             Wait::Deadline { at_ns, .. } => end_ns.max(at_ns + jitter_ns),
             Wait::Sleep(until_ns) => end_ns.max(until_ns + jitter_ns),
@@ -145,12 +157,12 @@ impl Running {
     /// Another process had an effect at `now_ns`: one that polls sees it soon, and one at its
     /// doorbell after `latency_ns` if that rang.
     pub(super) fn notice(&mut self, now_ns: u64, latency_ns: impl FnOnce() -> u64) {
-        if self.polls {
+        if self.waits == Waits::Effect {
             self.next_ns = self.next_ns.min(now_ns + POLL_NS);
         }
         let rang = |sleeper: &mut Sleeper| sleeper.wait(Duration::ZERO);
-        if self.at_bell && self.sleeper.as_mut().is_some_and(rang) {
-            (self.at_bell, self.by_bell) = (false, true);
+        if self.waits == Waits::Bell && self.sleeper.as_mut().is_some_and(rang) {
+            (self.waits, self.by_bell) = (Waits::Time, true);
             self.next_ns = self.next_ns.min(now_ns + latency_ns());
         }
     }

@@ -12,10 +12,10 @@ const LONGEST_MS: u64 = 3_000;
 
 #[test]
 fn every_invariant_holds_and_the_result_does_not_depend_on_the_number_of_threads() {
-    let run = |jobs| {
+    let run = |level, seeds, jobs| {
         let batch = Batch {
-            seeds: 1..21,
-            level: Level::Mixed,
+            seeds,
+            level,
             longest_ms: LONGEST_MS,
             jobs,
             limit: None,
@@ -23,11 +23,15 @@ fn every_invariant_holds_and_the_result_does_not_depend_on_the_number_of_threads
         };
         run_all(&batch).unwrap()
     };
-    let (first, failures) = run(2);
-    assert!(failures.is_empty(), "{failures:#?}");
-    let (second, _) = run(1);
-    assert_eq!(first.digest, second.digest);
-    assert!(first.faults.iter().any(|(_, _, effective)| *effective > 0));
+    let levels = [(Level::Loops, 100), (Level::Motion, 16), (Level::Whole, 8)];
+    for (level, last) in levels {
+        let (first, failures) = run(level, 1..last + 1, 2);
+        assert!(failures.is_empty(), "{failures:#?}");
+        assert!(first.faults.iter().any(|(_, _, effective)| *effective > 0));
+        let (part, _) = run(level, 1..last / 4, 2);
+        let (same, _) = run(level, 1..last / 4, 1);
+        assert_eq!(part.digest, same.digest);
+    }
 }
 
 #[test]
