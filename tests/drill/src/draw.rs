@@ -204,10 +204,10 @@ fn faults(draw: &mut Draw, plan: &Plan, arms: u8) -> Vec<Timed> {
 }
 
 /// The same fault of the same process again and again; in lockstep mostly kills of the task, which
-/// may not change anything.
+/// may not change anything, and of a controller, between any two of its messages.
 fn burst(draw: &mut Draw, plan: &Plan, arms: u8) -> Vec<Timed> {
     let fault = if plan.lockstep && draw.percent(70) {
-        let process = "task".to_owned();
+        let process = ["task", "task", "controller-0"][draw.index(3)].to_owned();
         Fault::Kill {
             process,
             effect: None,

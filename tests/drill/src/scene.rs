@@ -69,7 +69,7 @@ pub struct Object {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum TaskPlan {
-    /// Goals for all arms in turn, by [`crate::stub`]; its memory has so many bytes.
+    /// Goals for all arms in turn, by a task that only counts; its memory has so many bytes.
     Stub {
         /// Bytes besides its counts.
         memory: u32,
