@@ -106,9 +106,14 @@ pub fn search_patch(patch: &Path, minutes: f64) -> Result<Found, String> {
     let patch = patch.canonicalize().map_err(|error| say(patch, error))?;
     let tree = copy_of_tree()?;
     let mut git = Command::new("git");
-    // As a directory outside of a repository: the copy has none.
-    git.env("GIT_CEILING_DIRECTORIES", &tree).current_dir(&tree);
-    run(git.arg("apply").arg(&patch))?;
+    // As a directory outside of a repository: within one, paths are those of its root, and a patch
+    // of other paths changes nothing.
+    let above = tree
+        .join("..")
+        .canonicalize()
+        .map_err(|error| say(&tree, error))?;
+    git.env("GIT_CEILING_DIRECTORIES", above).current_dir(&tree);
+    run(git.args(["apply", "--whitespace=nowarn"]).arg(&patch))?;
     search(&tree, &patch.display().to_string(), minutes)
 }
 
