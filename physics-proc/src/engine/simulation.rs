@@ -49,7 +49,7 @@ impl Engine {
         self.ideal = true;
     }
 
-    /// Whether there are no dynamics.
+    /// Whether bodies have no dynamics.
     pub(crate) fn is_ideal(&self) -> bool {
         self.ideal
     }

@@ -39,7 +39,7 @@ pub const NAMED: [&str; 22] = [
     "starvation is reported",
     "no room is reported",
     "a state is not saved",
-    "a process ended by itself",
+    "a process ended with an error",
     "the run is given up",
 ];
 

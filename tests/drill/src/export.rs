@@ -22,37 +22,7 @@ pub struct Exported {
 /// # Errors
 /// Those of the file system.
 pub fn write(plan: &Plan, ticks_per_ms: f64, dir: &Path) -> std::io::Result<Exported> {
-    let mut only_simulated = 0;
-    let mut lines: Vec<(u64, String)> = Vec::new();
-    for line in &plan.script {
-        let at_s = serde_json::from_str::<Value>(line).ok();
-        let at_s = at_s.and_then(|line| line["at_s"].as_f64()).unwrap_or(0.0);
-        lines.push((ticks(at_s), line.clone()));
-    }
-    let faults = plan
-        .faults
-        .iter()
-        .map(|timed| (timed.at_us, of_fault(&timed.fault)));
-    let people = plan
-        .people
-        .iter()
-        .map(|asked| (asked.at_us, of_request(asked)));
-    for (at_us, action) in faults.chain(people) {
-        let Some(Value::Object(mut action)) = action else {
-            only_simulated += 1;
-            continue;
-        };
-        // A script counts simulated time.
-        let at_s = (at_us as f64 * 1.0e-6 * ticks_per_ms).max(0.001);
-        action.insert("at_s".to_owned(), json!(at_s));
-        lines.push((ticks(at_s), Value::Object(action).to_string()));
-    }
-    lines.sort();
-    let mut script = String::new();
-    for (_, line) in &lines {
-        script += line;
-        script.push('\n');
-    }
+    let (script, mut only_simulated) = script(plan, ticks_per_ms);
     std::fs::create_dir_all(dir)?;
     let script_path = dir.join("script.jsonl");
     std::fs::write(&script_path, script)?;
@@ -84,6 +54,38 @@ pub fn write(plan: &Plan, ticks_per_ms: f64, dir: &Path) -> std::io::Result<Expo
         command,
         only_simulated,
     })
+}
+
+/// The lines of the script, and the number of events that have none.
+fn script(plan: &Plan, ticks_per_ms: f64) -> (String, usize) {
+    let mut only_simulated = 0;
+    let mut lines: Vec<(u64, String)> = Vec::new();
+    for line in &plan.script {
+        let at_s = serde_json::from_str::<Value>(line).ok();
+        let at_s = at_s.and_then(|line| line["at_s"].as_f64()).unwrap_or(0.0);
+        lines.push((ticks(at_s), line.clone()));
+    }
+    let faults = plan.faults.iter();
+    let faults = faults.map(|timed| (timed.at_us, of_fault(&timed.fault)));
+    let people = plan.people.iter();
+    let people = people.map(|asked| (asked.at_us, of_request(asked)));
+    for (at_us, action) in faults.chain(people) {
+        let Some(Value::Object(mut action)) = action else {
+            only_simulated += 1;
+            continue;
+        };
+        // A script counts simulated time.
+        let at_s = (at_us as f64 * 1.0e-6 * ticks_per_ms).max(0.001);
+        action.insert("at_s".to_owned(), json!(at_s));
+        lines.push((ticks(at_s), Value::Object(action).to_string()));
+    }
+    lines.sort();
+    let mut script = String::new();
+    for (_, line) in &lines {
+        script += line;
+        script.push('\n');
+    }
+    (script, only_simulated)
 }
 
 fn of_fault(fault: &Fault) -> Option<Value> {

@@ -141,7 +141,7 @@ fn many(args: &Args) -> Result<bool, String> {
             println!("  {kind}: {drawn} drawn, {effective} effective");
         }
     }
-    // What was found counts more than what was drawn.
+    // A failed invariant has priority over a weak generator.
     if !failures.is_empty() {
         return Ok(false);
     }

@@ -30,7 +30,7 @@ impl History {
         let is_same = |of: &&(u64, u32, u64)| (of.0, of.1) == (tick, reset);
         let old = is_first.then(|| self.states.iter().find(is_same)).flatten();
         let differs = old.is_some_and(|(.., old)| *old != value);
-        // What came after that tick has not happened any more.
+        // Physics went back: later states are of an abandoned timeline.
         undo(&mut self.states, |(of, ..)| *of >= tick);
         self.states.push_back((tick, reset, value));
         if self.states.len() > KEPT {

@@ -65,7 +65,7 @@ struct Connections<T> {
     id: u128,
     history: RefCell<VecDeque<Rc<T>>>,
     readers: RefCell<Vec<Weak<Inbox<T>>>>,
-    /// Places of messages; one that nobody else has is free.
+    /// Places of messages; one without another owner is free.
     places: RefCell<Vec<Rc<T>>>,
 }
 
