@@ -245,6 +245,8 @@ impl<C: Clock, S: Store> PhysicsProcess<C, S> {
         self.overruns_before = self.overruns;
         // A successor publishes the state it resumed from at once: all others wait for it.
         self.publish();
+        // A state that was announced is saved before the next step.
+        self.keep();
     }
 
     /// One tick each millisecond on an absolute grid; physics waits for no process.

@@ -92,12 +92,10 @@ pub fn run_all(batch: &Batch) -> Result<(Summary, Vec<Failure>), String> {
                 break;
             }
             let plan = draw::plan(seed, batch.level, batch.longest_ms);
-            let outcome = examine(&plan);
-            if outcome
-                .as_ref()
-                .is_ok_and(|outcome| outcome.failed.is_some())
-            {
-                has_failed.store(true, Ordering::Relaxed);
+            let mut outcome = examine(&plan);
+            if let Ok(outcome) = &mut outcome {
+                has_failed.fetch_or(outcome.failed.is_some(), Ordering::Relaxed);
+                outcome.forget_run();
             }
             if let Ok(mut done) = done.lock() {
                 done.push((plan, outcome));

@@ -194,8 +194,15 @@ fn faults(draw: &mut Draw, plan: &Plan, arms: u8) -> Vec<Timed> {
             continue;
         };
         if at_us < plan.horizon_ms * 1000 {
-            let fault = fault(draw, kind, arms);
+            let mut fault = fault(draw, kind, arms);
             last_us = at_us + fault.length_ms() * 1000;
+            let before = faults.last().and_then(|before| before.fault.process());
+            if let (Fault::Restart { process }, Some(before)) = (&mut fault, before)
+                && draw.percent(50)
+            {
+                // While it hangs, is stopped, or starts.
+                before.clone_into(process);
+            }
             faults.push(Timed { at_us, fault });
         }
     }

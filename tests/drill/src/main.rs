@@ -26,9 +26,9 @@ const WRONG: u8 = 2;
 /// Runs the whole cell under virtual time with drawn faults, and checks the invariants.
 #[derive(Parser)]
 struct Args {
-    /// Seeds of plans, as FIRST..LAST.
-    #[arg(long, value_parser = range, default_value = "1..200")]
-    seeds: Range<u64>,
+    /// Seeds of plans, as FIRST..LAST [default: 1..200, or all from 1 with --minutes].
+    #[arg(long, value_parser = range)]
+    seeds: Option<Range<u64>>,
     /// What the plans are about.
     #[arg(long, value_enum, default_value_t = Level::Mixed)]
     level: Level,
@@ -114,8 +114,9 @@ fn many(args: &Args) -> Result<bool, String> {
     let limit = args
         .minutes
         .map(|minutes| Duration::from_secs_f64(60.0 * minutes));
+    let end = if limit.is_some() { u64::MAX } else { 201 };
     let batch = Batch {
-        seeds: args.seeds.clone(),
+        seeds: args.seeds.clone().unwrap_or(1..end),
         level: args.level,
         longest_ms: args.longest * 1000,
         jobs: args.jobs,

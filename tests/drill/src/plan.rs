@@ -204,6 +204,21 @@ impl Fault {
         "restart",
     ];
 
+    /// The process that it is about.
+    pub fn process(&self) -> Option<&str> {
+        match self {
+            Self::Kill { process, .. }
+            | Self::Stop { process, .. }
+            | Self::Starve { process, .. }
+            | Self::Busy { process, .. }
+            | Self::Hang { process }
+            | Self::Restart { process }
+            | Self::FailedStart { process }
+            | Self::SlowStart { process, .. } => Some(process),
+            Self::Full { .. } | Self::SlowDisk { .. } | Self::Launcher { .. } => None,
+        }
+    }
+
     /// How long it lasts (ms).
     pub fn length_ms(&self) -> u64 {
         match self {

@@ -153,7 +153,7 @@ fn search(tree: &Path, name: &str, minutes: f64) -> Result<Found, String> {
     ]))?;
     let began = Instant::now();
     let mut drill = Command::new(target.join("release/robocell-drill"));
-    drill.args(["--seeds", "1..1000000", "--first", "--json"]);
+    drill.args(["--first", "--json"]);
     let output = drill
         .arg("--minutes")
         .arg(minutes.to_string())

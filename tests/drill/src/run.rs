@@ -39,6 +39,15 @@ pub struct Outcome {
     pub log: Vec<String>,
 }
 
+impl Outcome {
+    /// Frees what only the comparison with another run needs: a batch keeps all outcomes.
+    pub(crate) fn forget_run(&mut self) {
+        self.hashes = Vec::new();
+        self.decisions = BTreeMap::new();
+        self.log = Vec::new();
+    }
+}
+
 /// Runs `plan` to its end, or to the first invariant that does not hold.
 ///
 /// # Errors

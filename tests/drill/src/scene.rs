@@ -75,6 +75,9 @@ pub enum TaskPlan {
         memory: u32,
         /// Whether the goals are poses, which RMPflow follows, or joint positions.
         poses: bool,
+        /// The decision with which it fails; 0: never.
+        #[serde(default)]
+        fails_at: u64,
     },
     /// The arm follows its operator.
     Follow,
@@ -191,10 +194,17 @@ impl Scene {
             }
         }
         match &self.task {
-            TaskPlan::Stub { memory, poses } => table(
-                &mut text,
-                &format!("[task]\nkind = \"{NAME}\"\nmemory = {memory}\nposes = {poses}\n"),
-            ),
+            TaskPlan::Stub {
+                memory,
+                poses,
+                fails_at,
+            } => {
+                let task = format!("[task]\nkind = \"{NAME}\"\nmemory = {memory}\n");
+                table(
+                    &mut text,
+                    &format!("{task}poses = {poses}\nfails_at = {fails_at}\n"),
+                );
+            }
             TaskPlan::Follow => table(&mut text, "[task]\nkind = \"reach\"\n"),
             TaskPlan::File { kind, .. } => {
                 let behaviour = self.behaviour();

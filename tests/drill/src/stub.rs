@@ -27,6 +27,9 @@ struct StubTask {
     memory: u32,
     /// Goals are poses.
     poses: bool,
+    /// It fails with this decision; 0: never.
+    #[serde(default)]
+    fails_at: u64,
 }
 
 impl Settings for StubTask {}
@@ -98,6 +101,9 @@ impl Policy for Stub {
         while (job.placed.len() as u64) < goal.min(self.objects) {
             job.placed
                 .push(u32::try_from(job.placed.len()).unwrap_or(0));
+        }
+        if memory.decisions == self.task.fails_at {
+            job.fail("drawn");
         }
         for arm in 0..self.arms.len() {
             let intent = if self.task.poses {

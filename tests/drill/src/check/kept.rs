@@ -16,6 +16,7 @@ pub(super) fn all() -> Vec<Box<dyn Check>> {
     vec![
         Box::new(Physics::default()),
         Box::new(Same::default()),
+        Box::new(Saved::default()),
         Box::new(Task::default()),
     ]
 }
@@ -101,6 +102,39 @@ impl Check for Same {
         let differs = self.hashes.differs(is_new, state, state.state_hash);
         fail_if(differs, || {
             format!("physics {generation} resumed another world at tick {tick}")
+        })
+    }
+}
+
+/// Physics resumes from the newest state that was saved, or from one that was being saved.
+#[derive(Default)]
+struct Saved {
+    generation: u32,
+    /// Ticks of the newest state, of the one that was saved, and of the one that was being saved.
+    ticks: [u64; 3],
+}
+
+impl Check for Saved {
+    fn number(&self) -> u32 {
+        16
+    }
+
+    fn see(&mut self, moment: &Moment<'_>) -> Verdict {
+        let Seen::State(state) = moment.seen else {
+            return Ok(());
+        };
+        let generation = state.header.generation;
+        let is_new = std::mem::replace(&mut self.generation, generation) != generation;
+        let ticks = [state.header.tick, state.saved_tick, state.saving_tick];
+        let [tick, saved, saving] = std::mem::replace(&mut self.ticks, ticks);
+        let resumed = state.resumed_tick;
+        // The next tick may have been saved before it was published.
+        let is_saved = [saved, saving, tick + 1].contains(&resumed);
+        fail_if(is_new && generation > 1 && !is_saved, || {
+            format!(
+                "physics {generation} resumed at {resumed}; {saved} was saved, and {saving} was \
+                 being saved"
+            )
         })
     }
 }

@@ -1,7 +1,7 @@
 //! Joint setpoints keep the limits of the robot, also over restarts.
 
 use cell_model::robots::robot::JointSpec;
-use ipc_types::world::{ArmState, FLAG_LOCKSTEP};
+use ipc_types::world::{ArmState, FLAG_LOCKSTEP, ObjectState};
 use ipc_types::{MAX_ARMS, WorldState};
 
 use super::history::History;
@@ -27,6 +27,7 @@ pub(super) fn all(model: &Model) -> Vec<Box<dyn Check>> {
             before: None,
         }),
         Box::new(Resumed::default()),
+        Box::new(Finite),
     ]
 }
 
@@ -89,6 +90,14 @@ fn step(
         faster > spec.acceleration * TICK_S * MARGIN + RETURNS,
         || format!("the velocity of its setpoint changed by {faster} in a tick"),
     )?;
+    // Positions follow velocities: the mean of both, and what an acceleration within its limit
+    // may add.
+    let mean = 0.5 * (v + old.setpoint_velocities[joint]);
+    let apart = (q - old.setpoint_positions[joint] - mean * TICK_S).abs();
+    fail_if(
+        apart > spec.acceleration * TICK_S * TICK_S + RETURNS * TICK_S,
+        || format!("its setpoint moved by {moved} at {mean} per second"),
+    )?;
     let jerk = (a - old.setpoint_accelerations[joint]).abs();
     // After a late command physics returns to the path by the acceleration limit alone
     // (`catch_up.rs`); in lockstep no command is late.
@@ -100,6 +109,31 @@ fn step(
         !(q >= spec.lower - 1.0e-9 && q <= spec.upper + 1.0e-9),
         || format!("its setpoint {q} is outside of its limits"),
     )
+}
+
+/// Objects are somewhere.
+struct Finite;
+
+impl Check for Finite {
+    fn number(&self) -> u32 {
+        32
+    }
+
+    fn see(&mut self, moment: &Moment<'_>) -> Verdict {
+        let Seen::State(state) = moment.seen else {
+            return Ok(());
+        };
+        let is_finite = |object: &ObjectState| {
+            let (pose, twist) = (&object.pose, &object.twist);
+            let of_pose = pose.position.iter().chain(&pose.orientation_wxyz);
+            let mut all = of_pose.chain(&twist.linear).chain(&twist.angular);
+            all.all(|value| value.is_finite())
+        };
+        let lost = state.objects().iter().position(|object| !is_finite(object));
+        fail_if(lost.is_some(), || {
+            format!("the pose of object {lost:?} has a number that is not finite")
+        })
+    }
 }
 
 /// A physics that resumed has the setpoints of the state it resumed from, to the bit.

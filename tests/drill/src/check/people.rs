@@ -1,12 +1,82 @@
 //! What people asked for is in force.
 
+use ipc_types::WorldState;
 use ipc_types::operator::ReplyCode;
+use ipc_types::topic::Process;
 use ipc_types::world::FLAG_PAUSED;
 
 use super::{Check, Moment, Seen, Verdict, fail_if};
+use crate::model::News;
 
 pub(super) fn all() -> Vec<Box<dyn Check>> {
-    vec![Box::new(Pauses::default())]
+    vec![Box::new(Pauses::default()), Box::new(Counts::default())]
+}
+
+/// Requests that the panel counts.
+const COUNTED: [&str; 6] = [
+    "reset",
+    "task_reset",
+    "target",
+    "gripper",
+    "drop_parts",
+    "add_bin",
+];
+
+/// No accepted request is forgotten by a restart of physics, and none is obeyed twice.
+#[derive(Default)]
+struct Counts {
+    /// How often each was sent, and how often the newest state has it.
+    sent: [u32; COUNTED.len()],
+    seen: [u32; COUNTED.len()],
+    /// Physics said that it lost requests.
+    said: bool,
+}
+
+impl Counts {
+    fn state(&mut self, state: &WorldState) -> Verdict {
+        let panel = &state.panel;
+        let now = [
+            panel.scene_reset,
+            panel.task_reset,
+            panel.target_seq,
+            panel.gripper_seq,
+            panel.drop_parts,
+            panel.add_bin,
+        ];
+        let before = std::mem::replace(&mut self.seen, now);
+        // Without a saved state physics starts with a fresh scene, and reports it.
+        let is_fresh = state.header.generation > 1 && state.resumed_tick == 0;
+        for (name, ((now, before), sent)) in
+            COUNTED.iter().zip(now.iter().zip(before).zip(self.sent))
+        {
+            let is_forgotten = *now < before && !is_fresh && !self.said;
+            fail_if(is_forgotten || *now > sent, || {
+                format!("{name} counts {now} after {before}, and was sent {sent} times")
+            })?;
+        }
+        Ok(())
+    }
+}
+
+impl Check for Counts {
+    fn number(&self) -> u32 {
+        22
+    }
+
+    fn see(&mut self, moment: &Moment<'_>) -> Verdict {
+        match moment.seen {
+            Seen::Asked(asked) => {
+                let mut all = COUNTED.iter().zip(&mut self.sent);
+                if let Some((_, sent)) = all.find(|(name, _)| **name == asked.action) {
+                    *sent += 1;
+                }
+            }
+            Seen::News(News::Logged(Process::Physics, line)) => self.said |= line.contains("lost"),
+            Seen::State(state) => return self.state(state),
+            _ => {}
+        }
+        Ok(())
+    }
 }
 
 /// A pause or its end that was accepted is in force in every later state, also after a restart

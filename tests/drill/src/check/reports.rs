@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use ipc_types::decision::Outcome;
 use ipc_types::topic::Process;
 use supervisor::supervision::Exit;
 
@@ -20,6 +21,7 @@ pub(super) fn all(plan: &Plan) -> Vec<Box<dyn Check>> {
         Box::new(Deaths::default()),
         Box::new(starved),
         Box::new(Damaged),
+        Box::new(Reasons),
     ];
     if plan.faults.is_empty() && plan.script.is_empty() {
         all.push(Box::new(Calm));
@@ -45,6 +47,28 @@ impl Check for Calm {
             _ => return Ok(()),
         };
         Err(format!("without a fault it was said: {said}"))
+    }
+}
+
+/// A job that failed says why.
+struct Reasons;
+
+impl Check for Reasons {
+    fn number(&self) -> u32 {
+        30
+    }
+
+    fn see(&mut self, moment: &Moment<'_>) -> Verdict {
+        let Seen::Decision(decision) = moment.seen else {
+            return Ok(());
+        };
+        let has_failed = decision.outcome == Outcome::Failed.code();
+        fail_if(has_failed && decision.reason.as_str().is_empty(), || {
+            format!(
+                "the job failed without a reason at tick {}",
+                decision.header.tick
+            )
+        })
     }
 }
 

@@ -20,6 +20,7 @@ pub(super) fn all(plan: &Plan) -> Vec<Box<dyn Check>> {
         Box::new(World::default()),
         Box::new(Resets::default()),
         Box::new(Valid),
+        Box::new(Answers::default()),
     ];
     if plan.lockstep {
         all.push(Box::new(Causes));
@@ -190,6 +191,34 @@ impl Check for Valid {
         };
         fail_if(health.rejected > 0, || {
             format!("{} rejected {} messages", process.name(), health.rejected)
+        })
+    }
+}
+
+/// A controller answers a state once: a second command would move its setpoint twice.
+#[derive(Default)]
+struct Answers {
+    /// By topic: the start of the controller, and generation and tick of the state that it
+    /// answered last.
+    last: BTreeMap<u32, (u32, u32, u64)>,
+}
+
+impl Check for Answers {
+    fn number(&self) -> u32 {
+        10
+    }
+
+    fn see(&mut self, moment: &Moment<'_>) -> Verdict {
+        let (Seen::Command(..), Some((topic, header))) = (moment.seen, header(moment)) else {
+            return Ok(());
+        };
+        let state = TopicId::WorldState.code();
+        let physics = header.inputs().iter().find(|input| input.topic == state);
+        let physics = physics.map_or(0, |input| input.generation);
+        let answer = (header.generation, physics, header.tick);
+        let last = self.last.insert(topic, answer);
+        fail_if(last == Some(answer), || {
+            format!("the state of tick {} was answered twice", header.tick)
         })
     }
 }

@@ -35,6 +35,7 @@ pub(super) fn small(draw: &mut Draw) -> Scene {
                 0
             },
             poses: false,
+            fails_at: fails_at(draw),
         },
     }
 }
@@ -50,6 +51,7 @@ pub(super) fn arms(draw: &mut Draw) -> Scene {
         task: TaskPlan::Stub {
             memory: memory(draw, MEMORY_BYTES),
             poses: true,
+            fails_at: fails_at(draw),
         },
     }
 }
@@ -66,6 +68,7 @@ pub(super) fn whole(draw: &mut Draw) -> Scene {
         TaskPlan::Stub {
             memory: memory(draw, MEMORY_BYTES),
             poses: draw.percent(70),
+            fails_at: fails_at(draw),
         }
     };
     Scene {
@@ -76,6 +79,10 @@ pub(super) fn whole(draw: &mut Draw) -> Scene {
         objects,
         task,
     }
+}
+
+fn fails_at(draw: &mut Draw) -> u64 {
+    if draw.percent(5) { draw.log(1, 500) } else { 0 }
 }
 
 fn memory(draw: &mut Draw, most: u64) -> u32 {
