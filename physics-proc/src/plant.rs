@@ -253,10 +253,7 @@ impl Plant {
         match action {
             OperatorAction::Ping => {}
             OperatorAction::Pause => self.pause(),
-            OperatorAction::Resume => {
-                self.pause = None;
-                self.steps_left = None;
-            }
+            OperatorAction::Resume => self.resume(),
             OperatorAction::Step => {
                 let left = self.steps_left.unwrap_or(0);
                 self.pause = None;
@@ -267,6 +264,9 @@ impl Plant {
                 // this one.
                 let done = self.waiting.take_if(|(line, _)| *line == request.count);
                 if let Some((line, action)) = done {
+                    if let ScriptAction::Pause { .. } = action {
+                        self.resume();
+                    }
                     self.note_script(line, &action, Ok(()));
                 }
             }
@@ -282,6 +282,11 @@ impl Plant {
 
     fn pause_cause(&self) -> u32 {
         self.pause.unwrap_or(PauseCause::None).code()
+    }
+
+    fn resume(&mut self) {
+        self.pause = None;
+        self.steps_left = None;
     }
 
     fn pause(&mut self) {

@@ -1,33 +1,26 @@
 //! What is done to a running cell.
 
 use std::collections::VecDeque;
-use std::fs::File;
-use std::io::{Read, Seek, SeekFrom, Write};
+use std::io::Write;
 use std::os::unix::net::UnixStream;
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::path::Path;
 
+use cell_model::cells::script::{CORRUPTIBLE, ScriptAction};
+use cell_model::random::Random;
 use cell_rt::clock::monotonic_ns;
 use cell_rt::process::{SIGCONT, SIGKILL, SIGSTOP, kill};
 use ipc_types::topic::Process;
-use supervisor::run::LiveCell;
+use supervisor::run::{Disturbances, LiveCell};
 
-use super::random::Random;
 use crate::cli::ProcessName;
 use crate::cli_kinds::FaultKind;
 
-/// Busy loops beside the cell.
-const BUSY_LOOPS: usize = 8;
-/// How long a busy machine, a full disk and a flood last (ns).
-const EPISODE_NS: u64 = 3_000_000_000;
+/// How long a busy machine, a full disk and a flood last (s).
+const EPISODE_S: f64 = 3.0;
 /// Shortest and longest time a process is stopped (ns).
 const STOPPED_NS: (f64, f64) = (5.0e7, 2.5e9);
 /// Connections of a flood that are open at a time.
 const FLOOD: usize = 64;
-/// A file system with more room than this is not filled: its memory is the machine's.
-const MOST_FILLED: u64 = 512 << 20;
-/// Bytes that are overwritten in a file.
-const FLIPPED: usize = 64;
 
 /// A process that has to come back.
 #[derive(Clone, Copy, Debug)]
@@ -52,8 +45,7 @@ pub(super) struct Faults {
     /// What is killed and stopped; any process without it.
     only: Option<ProcessName>,
     stopped: Vec<(u64, u32)>,
-    busy: Vec<(u64, Child)>,
-    filled: Option<(u64, PathBuf)>,
+    disturbances: Disturbances,
 }
 
 impl Faults {
@@ -82,32 +74,30 @@ impl Faults {
                 Some(Begun::Gone(struck))
             }
             FaultKind::Starve => {
-                let until_ns = now_ns + EPISODE_NS;
-                let loops = (0..BUSY_LOOPS).filter_map(|_| busy_loop().ok());
-                self.busy.extend(loops.map(|child| (until_ns, child)));
-                Some(Begun::Lasts)
+                let action = ScriptAction::Starve { for_s: EPISODE_S };
+                self.disturb(live, now_ns, &action)
             }
             FaultKind::Flood => {
                 let socket = live.run_dir().control();
-                let until_ns = now_ns + EPISODE_NS;
+                let until_ns = now_ns + nanos(1.0e9 * EPISODE_S);
                 // On a thread of its own: the socket it floods is served by this one.
                 let thread = std::thread::Builder::new().name("flood".to_owned());
                 thread.spawn(move || flood(&socket, until_ns)).ok()?;
                 Some(Begun::Lasts)
             }
             FaultKind::Fill => {
-                let path = live.run_dir().path().join("chaos.fill");
-                fill(&path)?;
-                self.filled = Some((now_ns + EPISODE_NS, path));
-                Some(Begun::Lasts)
+                let action = ScriptAction::Fill { for_s: EPISODE_S };
+                self.disturb(live, now_ns, &action)
             }
             FaultKind::Corrupt => {
-                let (file, process) = [
-                    ("task.slots", Process::Task),
-                    ("task.history", Process::Task),
-                    ("physics.state", Process::Physics),
-                ][random.below(3)];
-                corrupt(&live.run_dir().path().join(file), random)?;
+                let file = CORRUPTIBLE[random.below(CORRUPTIBLE.len())].to_owned();
+                let is_task = file.starts_with("task");
+                let process = if is_task {
+                    Process::Task
+                } else {
+                    Process::Physics
+                };
+                self.disturb(live, now_ns, &ScriptAction::Corrupt { file })?;
                 let (struck, pid) = of(live, process, now_ns)?;
                 kill(pid, SIGKILL).ok()?;
                 Some(Begun::Gone(struck))
@@ -126,27 +116,13 @@ impl Faults {
             }
             runs && !is_over
         });
-        self.busy.retain_mut(|(until_ns, child)| {
-            let is_over = now_ns >= *until_ns;
-            if is_over {
-                end(child);
-            }
-            !is_over
-        });
-        if let Some((_, path)) = self.filled.take_if(|(until_ns, _)| now_ns >= *until_ns) {
-            std::fs::remove_file(path).ok();
-        }
+        self.disturbances.turn(now_ns);
     }
-}
 
-impl Drop for Faults {
-    fn drop(&mut self) {
-        for (_, child) in &mut self.busy {
-            end(child);
-        }
-        if let Some((_, path)) = &self.filled {
-            std::fs::remove_file(path).ok();
-        }
+    fn disturb(&mut self, live: &LiveCell, now_ns: u64, action: &ScriptAction) -> Option<Begun> {
+        let run_dir = live.run_dir().path();
+        let begun = self.disturbances.begin(run_dir, now_ns, action);
+        begun.ok().map(|()| Begun::Lasts)
     }
 }
 
@@ -204,48 +180,6 @@ fn of(live: &LiveCell, process: Process, now_ns: u64) -> Option<(Struck, u32)> {
         since_ns: now_ns,
     };
     Some((struck, pid))
-}
-
-/// The kernel ends it after 10 s of processor time, if the launcher does not.
-fn busy_loop() -> std::io::Result<Child> {
-    Command::new("sh")
-        .args(["-c", "ulimit -t 10; while :; do :; done"])
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-}
-
-fn end(child: &mut Child) {
-    child.kill().ok();
-    child.wait().ok();
-}
-
-fn fill(path: &Path) -> Option<()> {
-    let dir = path.parent()?;
-    let free = cell_rt::memory::free_bytes(dir).ok()?;
-    if free > MOST_FILLED {
-        return None;
-    }
-    let mut file = File::create(path).ok()?;
-    let zeros = vec![0; 1 << 16];
-    // Until nothing is left; the error is what is wanted.
-    while file.write_all(&zeros).is_ok() {}
-    Some(())
-}
-
-fn corrupt(path: &Path, random: &mut Random) -> Option<()> {
-    let mut file = File::options().read(true).write(true).open(path).ok()?;
-    let length = usize::try_from(file.metadata().ok()?.len()).ok()?;
-    for _ in 0..FLIPPED {
-        let at = SeekFrom::Start(random.below(length) as u64);
-        let mut byte = [0];
-        file.seek(at).ok()?;
-        file.read_exact(&mut byte).ok()?;
-        file.seek(at).ok()?;
-        file.write_all(&[!byte[0]]).ok()?;
-    }
-    Some(())
 }
 
 #[expect(

@@ -16,7 +16,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::fault::Struck;
-use super::random::Random;
+use cell_model::random::Random;
 
 /// From one process's return to the next kill (ns): the supervisor gives up a process that
 /// ends six times within 10 s.

@@ -2,9 +2,9 @@
 
 mod fault;
 mod kills;
-mod random;
 mod report;
 
+use cell_model::random::Random;
 use cell_model::runs::summary::RunOutcome;
 use cell_rt::clock::monotonic_ns;
 use cell_rt::signal::stop_requested;
@@ -22,7 +22,6 @@ use crate::run;
 use crate::{output, say};
 use fault::{Begun, Faults, Struck, kill_one};
 use kills::{Kills, Sight};
-use random::Random;
 use report::Recovery;
 pub(crate) use report::Report;
 

@@ -3,7 +3,7 @@
 use cell_model::cells::script::{GripperWord, ScriptAction};
 use cell_model::runs::script_report::ScriptReply;
 use ipc_types::operator::{OperatorAction, ReplyCode};
-use ipc_types::{Decision, GripperGoal, OperatorRequest, Pose, TICK_NS};
+use ipc_types::{Decision, GripperGoal, OperatorRequest, Pose, TICK_NS, Text};
 
 use super::Plant;
 
@@ -30,6 +30,10 @@ impl Plant {
                 return;
             };
             if action.is_for_launcher() {
+                if let ScriptAction::Pause { .. } = action {
+                    // The launcher's answer ends it.
+                    self.pause();
+                }
                 self.waiting = Some((line, action));
             } else {
                 let reply = self.execute_line(&action, decision);
@@ -127,11 +131,25 @@ impl Plant {
             ScriptAction::TaskPause {} => OperatorAction::TaskPause,
             ScriptAction::TaskResume {} => OperatorAction::TaskResume,
             ScriptAction::TaskReset {} => OperatorAction::TaskReset,
-            ScriptAction::Pause {} => OperatorAction::Pause,
+            ScriptAction::Pause { .. } => OperatorAction::Pause,
             ScriptAction::Resume {} => OperatorAction::Resume,
             ScriptAction::Reset {} => OperatorAction::Reset,
+            ScriptAction::Speed { to } => {
+                request.seconds = *to;
+                OperatorAction::Speed
+            }
+            ScriptAction::Break { name, remove } => {
+                request.name = Text::new(name);
+                request.count = u32::from(!remove);
+                OperatorAction::Break
+            }
             // Lines for the launcher never arrive here; see `run_script`.
-            ScriptAction::Kill { .. } | ScriptAction::Stop { .. } => return None,
+            ScriptAction::Kill { .. }
+            | ScriptAction::Stop { .. }
+            | ScriptAction::Restart { .. }
+            | ScriptAction::Starve { .. }
+            | ScriptAction::Fill { .. }
+            | ScriptAction::Corrupt { .. } => return None,
         };
         request.action = code.code();
         Some(request)

@@ -142,7 +142,7 @@ impl Coverage {
                     self.now.told = 1 + kind as u64;
                 }
             }
-            News::Spawned(..) | News::Signalled(..) | News::Stopped(..) => {}
+            News::Spawned(..) | News::Signalled(..) | News::Stopped(..) | News::Disturbed(_) => {}
         }
     }
 

@@ -153,7 +153,8 @@ pub fn scripted(seed: u64) -> Plan {
     let arms = arms(&plan);
     plan.script = script(&mut draw, &plan, arms);
     // Which state a killed physics resumes from depends on the disk.
-    plan.script.retain(|line| !line.contains("physics"));
+    plan.script
+        .retain(|line| !line.contains("physics") && !line.contains("fill"));
     // The run ends with its limit, however long the processes take.
     plan.horizon_ms = 600_000;
     plan
@@ -302,6 +303,10 @@ fn script(draw: &mut Draw, plan: &Plan, arms: u8) -> Vec<String> {
     for _ in 0..draw.log(1, 4) {
         let ms = draw.below(plan.horizon_ms);
         let of = draw.one(&all).map_or_else(String::new, |of| of.name());
+        if draw.percent(25) {
+            lines.push((ms, machine_line(draw)));
+            continue;
+        }
         if !draw.percent(70) {
             let for_s = draw.log(20, 1_500) as f64 * 1.0e-3;
             lines.push((
@@ -323,6 +328,17 @@ fn script(draw: &mut Draw, plan: &Plan, arms: u8) -> Vec<String> {
         format!("{{\"at_s\": {at_s}, \"do\": {what}}}")
     };
     lines.into_iter().map(line).collect()
+}
+
+/// A line about the machine, or about simulated time.
+fn machine_line(draw: &mut Draw) -> String {
+    let for_s = draw.log(20, 1_500) as f64 * 1.0e-3;
+    match draw.below(4) {
+        0 => format!("\"starve\", \"for_s\": {for_s}"),
+        1 => format!("\"fill\", \"for_s\": {for_s}"),
+        2 => "\"restart\", \"process\": \"task\"".to_owned(),
+        _ => format!("\"pause\", \"for_s\": {for_s}"),
+    }
 }
 
 fn fault(draw: &mut Draw, kind: usize, arms: u8) -> Fault {

@@ -90,9 +90,10 @@ fn script(plan: &Plan, ticks_per_ms: f64) -> (String, usize) {
 
 fn of_fault(fault: &Fault) -> Option<Value> {
     match fault {
+        Fault::Restart { process } => Some(json!({"do": "restart", "process": process})),
+        Fault::Full { for_ms } => Some(json!({"do": "fill", "for_s": *for_ms as f64 * 1.0e-3})),
         Fault::Kill { process, .. }
         | Fault::FailedStart { process }
-        | Fault::Restart { process }
         | Fault::SlowStart { process, .. } => Some(json!({"do": "kill", "process": process})),
         Fault::Stop { process, for_ms } => {
             let for_s = *for_ms as f64 * 1.0e-3;

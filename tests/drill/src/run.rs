@@ -244,7 +244,11 @@ impl Run<'_> {
     fn observe(&mut self, now_ns: u64, process: Option<Process>) {
         let news: Vec<News> = self.model.borrow_mut().take_news();
         for news in &news {
-            self.see(now_ns, Seen::News(news));
+            let seen = match news {
+                News::Disturbed(fault) => Seen::Fault(fault),
+                _ => Seen::News(news),
+            };
+            self.see(now_ns, seen);
         }
         let Some(process) = process else {
             return;

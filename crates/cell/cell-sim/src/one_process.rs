@@ -303,7 +303,15 @@ impl OneProcess {
 
     /// Carries out an action that the launcher would apply to a process.
     fn apply_script(&mut self, action: &ScriptAction) -> Result<(), SimError> {
-        let ScriptAction::Kill { process } = action else {
+        if let ScriptAction::Restart {
+            policy: Some(policy),
+            ..
+        } = action
+        {
+            self.policy.clone_from(policy);
+        }
+        let (ScriptAction::Kill { process } | ScriptAction::Restart { process, .. }) = action
+        else {
             return Ok(());
         };
         match process.as_str() {

@@ -22,10 +22,20 @@ impl Random {
         z ^ (z >> 31)
     }
 
+    /// Evenly distributed from 0 up to, but without, 1, with 53 random bits.
+    pub fn share(&mut self) -> f64 {
+        (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
     /// Evenly distributed from `-half` to `half`, with 53 random bits.
     pub fn around_zero(&mut self, half: f64) -> f64 {
-        let unit = (self.bits() >> 11) as f64 / (1_u64 << 53) as f64;
-        half * (2.0 * unit - 1.0)
+        half * (2.0 * self.share() - 1.0)
+    }
+
+    /// A number below `end`; 0 where that is 0.
+    pub fn below(&mut self, end: usize) -> usize {
+        let rest = self.bits() % (end as u64).max(1);
+        usize::try_from(rest).unwrap_or(0)
     }
 }
 

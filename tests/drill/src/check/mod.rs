@@ -119,7 +119,7 @@ impl Checks {
     pub fn of(plan: &Plan, model: &Model) -> Self {
         let mut all = hold::all(plan);
         all.extend(grip::all());
-        all.extend(people::all());
+        all.extend(people::all(plan));
         all.extend(limits::all(model));
         all.extend(writers::all(plan));
         all.extend(kept::all());

@@ -7,9 +7,15 @@ use ipc_types::world::FLAG_PAUSED;
 
 use super::{Check, Moment, Seen, Verdict, fail_if};
 use crate::model::News;
+use crate::plan::Plan;
 
-pub(super) fn all() -> Vec<Box<dyn Check>> {
-    vec![Box::new(Pauses::default()), Box::new(Counts::default())]
+pub(super) fn all(plan: &Plan) -> Vec<Box<dyn Check>> {
+    let mut all: Vec<Box<dyn Check>> = vec![Box::new(Counts::default())];
+    // A script that pauses decides about pauses, too.
+    if !plan.script.iter().any(|line| line.contains("pause")) {
+        all.push(Box::new(Pauses::default()));
+    }
+    all
 }
 
 /// Requests that the panel counts.

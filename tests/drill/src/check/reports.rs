@@ -29,7 +29,7 @@ pub(super) fn all(plan: &Plan) -> Vec<Box<dyn Check>> {
     all
 }
 
-/// Nothing is wrong, so nothing is said.
+/// Nothing is wrong, so nothing is said, but of objects that fall off a table.
 struct Calm;
 
 impl Check for Calm {
@@ -46,7 +46,9 @@ impl Check for Calm {
             },
             _ => return Ok(()),
         };
-        Err(format!("without a fault it was said: {said}"))
+        fail_if(!said.contains("out of the cell"), || {
+            format!("without a fault it was said: {said}")
+        })
     }
 }
 

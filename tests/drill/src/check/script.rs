@@ -52,7 +52,14 @@ fn times(lines: &[ScriptLine], process: Process) -> Option<Vec<u64>> {
                 }
                 ticks.push(crate::plan::ticks(at_s));
             }
-            ScriptAction::Stop { process: name, .. } if *name == process.name() => return None,
+            ScriptAction::Stop { process: name, .. }
+            | ScriptAction::Restart { process: name, .. }
+                if *name == process.name() =>
+            {
+                return None;
+            }
+            // What lacks a core or room may be killed for it, or not be started.
+            ScriptAction::Starve { .. } | ScriptAction::Fill { .. } => return None,
             _ => {}
         }
     }

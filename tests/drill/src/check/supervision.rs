@@ -115,12 +115,14 @@ impl Hangs {
         match fault {
             Fault::Stop { process, for_ms } => {
                 if let Some(process) = of(process) {
-                    self.stopped.insert(process, (now_ns, now_ns + for_ms * MS));
+                    // One that was asked to end has a second for it, see below.
+                    let until_ns = now_ns + for_ms * MS;
+                    let of = self.stopped.entry(process).or_insert((now_ns, until_ns));
+                    *of = (of.0.max(now_ns), of.1.max(until_ns));
                 }
             }
             Fault::Hang { process } => {
                 if let Some(process) = of(process) {
-                    // One that was asked to end has a second for it, see below.
                     let of = self.stopped.entry(process).or_insert((now_ns, 0));
                     *of = (of.0.max(now_ns), u64::MAX);
                 }

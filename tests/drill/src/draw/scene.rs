@@ -60,9 +60,11 @@ pub(super) fn arms(draw: &mut Draw) -> Scene {
 pub(super) fn whole(draw: &mut Draw) -> Scene {
     let is_franka = draw.percent(60);
     let objects = objects(draw);
-    let has_task = is_franka && draw.percent(60);
+    // A task that names what the hand cannot grip is refused.
+    let fit = objects.iter().filter(|object| object.size_m <= GRIPPED_M);
+    let names: Vec<&str> = fit.map(|object| object.name.as_str()).collect();
+    let has_task = is_franka && draw.percent(60) && !names.is_empty();
     let task = if has_task {
-        let names: Vec<&str> = objects.iter().map(|object| object.name.as_str()).collect();
         behaviour::any(draw, &names)
     } else {
         TaskPlan::Stub {
@@ -119,6 +121,9 @@ fn joint(draw: &mut Draw, kind: &str) -> Joint {
         mass_kg: 0.01 * draw.log(10, 1000) as f64,
     }
 }
+
+/// What a Franka hand grips (m).
+const GRIPPED_M: f64 = 0.078;
 
 /// Few objects mostly, and now and then as many as a cell may have.
 fn objects(draw: &mut Draw) -> Vec<Object> {

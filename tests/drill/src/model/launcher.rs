@@ -1,6 +1,7 @@
 //! The launcher's side of the model: what the supervisor's loop needs of a machine.
 
 use cell_bus::{Answered, Bus, BusError, OperatorClient, PendingReply, Subscriber};
+use cell_model::cells::script::ScriptAction;
 use ipc_types::operator::OperatorAction;
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::{Decision, Health, OperatorRequest, Pose, Wire, WorldState};
@@ -11,10 +12,12 @@ use supervisor::supervision::Exit;
 
 use super::running::Running;
 use super::{Model, News, Shared, Signal};
-use crate::plan::MS;
+use crate::plan::{Fault, MS, ticks};
 
 /// As for the launcher's thread of the bus.
 const OPERATOR_PATIENCE_NS: u64 = 100 * MS;
+/// A turn of a process beside busy loops, where each has a small part of a core (ns).
+const BUSY_TURN_NS: u64 = 4 * MS;
 
 /// The machine of a simulated cell.
 pub struct Launcher {
@@ -97,6 +100,40 @@ impl Machine for Launcher {
         model.stop(process, 0);
         model.news.push(News::Stopped(process, false));
     }
+
+    fn choose(&mut self, policy: &str) -> Result<(), String> {
+        policy.clone_into(&mut self.model.borrow_mut().spec.policy);
+        Ok(())
+    }
+
+    fn disturb(&mut self, now_ns: u64, action: &ScriptAction) -> Result<(), String> {
+        let mut model = self.model.borrow_mut();
+        match action {
+            ScriptAction::Starve { for_s } => {
+                let (for_ms, turn_us) = (ticks(*for_s), BUSY_TURN_NS / 1000);
+                for of in model.processes() {
+                    model.slow_down(of, BUSY_TURN_NS, now_ns + for_ms * MS);
+                    let process = of.name();
+                    model.news.push(News::Disturbed(Fault::Busy {
+                        process,
+                        for_ms,
+                        turn_us,
+                    }));
+                }
+            }
+            ScriptAction::Fill { for_s } => {
+                let for_ms = ticks(*for_s);
+                model.fill(now_ns + for_ms * MS);
+                model.news.push(News::Disturbed(Fault::Full { for_ms }));
+            }
+            // Its files are memory that no line overwrites.
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// They end by themselves.
+    fn end_disturbances(&mut self, _now_ns: u64) {}
 
     fn reap(&mut self) -> Vec<(Process, u32, Exit)> {
         std::mem::take(&mut self.model.borrow_mut().ended)

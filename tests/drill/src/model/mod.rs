@@ -23,7 +23,7 @@ use robocell_task::Policies;
 use robocell_task_program::slots::ModelFiles;
 use supervisor::supervision::Exit;
 
-use crate::plan::{MS, Plan, noise};
+use crate::plan::{Fault, MS, Plan, noise};
 use crate::scene::SceneDir;
 use crate::stub;
 use disk::Disk;
@@ -36,6 +36,8 @@ const RUN: u64 = 1;
 /// Something that happened, in the order of its happening.
 #[derive(Clone, Debug)]
 pub enum News {
+    /// A line of the script disturbed the machine.
+    Disturbed(Fault),
     /// A process was started by the launcher.
     Spawned(Process, u32),
     /// Its loop began.

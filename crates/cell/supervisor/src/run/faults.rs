@@ -8,6 +8,10 @@ use ipc_types::topic::Process;
 pub(crate) enum FaultStep {
     /// SIGKILL and start again.
     Kill(Process),
+    /// SIGTERM and start again, with another policy.
+    Restart(Process, Option<String>),
+    /// What a line does to the machine.
+    Disturb(ScriptAction),
     /// SIGSTOP.
     Freeze(Process),
     /// SIGCONT, if it is still this generation.
@@ -16,7 +20,7 @@ pub(crate) enum FaultStep {
     Tell(u32),
 }
 
-/// Carries out `kill` and `stop` lines, each once.
+/// Carries out the lines for the launcher, each once.
 #[derive(Debug)]
 pub(crate) struct Faults {
     lines: Vec<ScriptLine>,
@@ -26,6 +30,8 @@ pub(crate) struct Faults {
     dying: Option<(u32, Vec<(Process, u32)>)>,
     /// Until when (ns) which generation is frozen.
     frozen: Vec<(u64, Process, u32)>,
+    /// Line that pauses simulated time, and until when (ns).
+    pause: Option<(u32, u64)>,
 }
 
 impl Faults {
@@ -36,6 +42,7 @@ impl Faults {
             acted: Vec::new(),
             dying: None,
             frozen: Vec::new(),
+            pause: None,
         }
     }
 
@@ -80,6 +87,10 @@ impl Faults {
         generation: &impl Fn(Process) -> Option<u32>,
         steps: &mut Vec<FaultStep>,
     ) {
+        let is_paused = |(of, until): (u32, u64)| of == line && now < until;
+        if self.pause.is_some_and(is_paused) {
+            return;
+        }
         // A new physics comes by its lines again; what happened, happened.
         if self.acted.contains(&line) {
             steps.push(FaultStep::Tell(line));
@@ -89,12 +100,14 @@ impl Faults {
         let action = self.lines.get(line as usize - 1).map(|l| l.action.clone());
         match action {
             Some(ScriptAction::Kill { process }) => {
-                let targets: Vec<_> = self.named(&process);
-                steps.extend(targets.iter().map(|p| FaultStep::Kill(*p)));
-                let running = targets
-                    .into_iter()
-                    .filter_map(|p| Some((p, generation(p)?)));
-                self.dying = Some((line, running.collect()));
+                self.end(line, &process, generation, steps, FaultStep::Kill);
+            }
+            Some(ScriptAction::Restart { process, policy }) => {
+                let restart = |p| FaultStep::Restart(p, policy.clone());
+                self.end(line, &process, generation, steps, restart);
+            }
+            Some(ScriptAction::Pause { for_s: Some(for_s) }) => {
+                self.pause = Some((line, now + nanos(for_s)));
             }
             Some(ScriptAction::Stop { process, for_s }) => {
                 for target in self.named(&process) {
@@ -105,8 +118,26 @@ impl Faults {
                 }
                 steps.push(FaultStep::Tell(line));
             }
-            _ => steps.push(FaultStep::Tell(line)),
+            Some(action) => {
+                steps.extend([FaultStep::Disturb(action), FaultStep::Tell(line)]);
+            }
+            None => steps.push(FaultStep::Tell(line)),
         }
+    }
+
+    /// Ends the processes that `line` names; physics is told when they are gone.
+    fn end(
+        &mut self,
+        line: u32,
+        process: &str,
+        generation: &impl Fn(Process) -> Option<u32>,
+        steps: &mut Vec<FaultStep>,
+        step: impl Fn(Process) -> FaultStep,
+    ) {
+        let targets = self.named(process);
+        steps.extend(targets.iter().map(|target| step(*target)));
+        let running = |target: &Process| Some((*target, generation(*target)?));
+        self.dying = Some((line, targets.iter().filter_map(running).collect()));
     }
 
     fn named(&self, word: &str) -> Vec<Process> {

@@ -1,5 +1,6 @@
 //! What the supervisor's loop needs of the operating system and of the bus.
 
+use cell_model::cells::script::ScriptAction;
 use cell_rt::process::Share;
 use ipc_types::operator::OperatorAction;
 use ipc_types::topic::Process;
@@ -30,6 +31,15 @@ pub trait Machine {
 
     /// Continues a stopped `process`.
     fn thaw(&mut self, process: Process);
+
+    /// The next start of the task has this policy; the error is in words.
+    fn choose(&mut self, policy: &str) -> Result<(), String>;
+
+    /// Does what a line of a script says about the machine; the error is in words.
+    fn disturb(&mut self, now_ns: u64, action: &ScriptAction) -> Result<(), String>;
+
+    /// Ends the disturbances whose time is over.
+    fn end_disturbances(&mut self, now_ns: u64);
 
     /// The processes that ended since the last call: which start of them, and how.
     fn reap(&mut self) -> Vec<(Process, u32, Exit)>;

@@ -1,6 +1,7 @@
 //! One cell from its first process to its end.
 
 mod bus_thread;
+mod disturbances;
 mod faults;
 mod half_made;
 mod incident;
@@ -18,5 +19,6 @@ pub mod supervisor_loop;
 mod watch;
 mod wish;
 
+pub use disturbances::Disturbances;
 pub use live::{End, LiveCell};
 pub use watch::{News, Watch};

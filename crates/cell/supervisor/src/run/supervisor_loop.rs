@@ -202,7 +202,15 @@ impl<M: Machine> SupervisorLoop<M> {
         }
     }
 
+    fn warn_of_line(&mut self, line: u32, done: Result<(), String>) {
+        if let Err(why) = done {
+            self.machine
+                .warn(&format!("line {line} of the script: {why}"));
+        }
+    }
+
     fn execute_script(&mut self, now: u64) {
+        self.machine.end_disturbances(now);
         let line = self.watch.state().map_or(0, |state| state.script_line);
         let (machine, supervisor) = (&self.machine, &self.supervisor);
         let generation = |p: Process| machine.pid(p).map(|_| supervisor.generation(p));
@@ -212,6 +220,15 @@ impl<M: Machine> SupervisorLoop<M> {
                     let what = format!("{} was killed by the script", process.name());
                     self.machine.incident(now, process, &what);
                     self.tell(now, Event::KillAndRestart { process });
+                }
+                FaultStep::Restart(process, policy) => {
+                    let chosen = policy.map_or(Ok(()), |policy| self.machine.choose(&policy));
+                    self.warn_of_line(line, chosen);
+                    self.restart(now, process);
+                }
+                FaultStep::Disturb(action) => {
+                    let done = self.machine.disturb(now, &action);
+                    self.warn_of_line(line, done);
                 }
                 FaultStep::Freeze(process) => self.machine.freeze(process),
                 FaultStep::Thaw(process, generation) => {

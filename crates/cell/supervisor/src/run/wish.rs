@@ -62,6 +62,11 @@ fn take_over(plan: &mut Plan, process: &str, policy: &str) -> Result<(), Failure
         let message = "--policy is for `restart task` only";
         return Err(Failure::configuration(message));
     }
+    choose_policy(plan, policy)
+}
+
+/// The next start of the task has this policy.
+pub(super) fn choose_policy(plan: &mut Plan, policy: &str) -> Result<(), Failure> {
     plan.spec.policy = choose(Some(policy), &plan.policies, "", &plan.spec.demo)?;
     plan.spec
         .save(&plan.dir.spec())

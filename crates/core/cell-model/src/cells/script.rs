@@ -7,8 +7,9 @@ use crate::cells::cell::Cell;
 use crate::cells::script_check;
 use crate::cells::script_keys::{TRIGGER_KEYS, check_keys};
 use crate::runs::phase_name;
+use crate::runs::spec::Speed;
 
-pub use crate::cells::script_line::{GripperWord, ScriptAction, ScriptLine, Trigger};
+pub use crate::cells::script_line::{CORRUPTIBLE, GripperWord, ScriptAction, ScriptLine, Trigger};
 
 /// Shown to the author of a line that cannot be read.
 const EXAMPLE: &str =
@@ -120,6 +121,25 @@ fn check(trigger: &Trigger, action: &ScriptAction) -> Result<(), String> {
             script_check::process_word(process)?;
             within("for_s", *for_s, 0.001, 3600.0)
         }
+        ScriptAction::Restart { process, policy } => {
+            script_check::process_word(process)?;
+            match policy {
+                Some(policy) if process != "task" => {
+                    Err(format!("policy is {policy:?}; only the task has one"))
+                }
+                _ => Ok(()),
+            }
+        }
+        ScriptAction::Starve { for_s }
+        | ScriptAction::Fill { for_s }
+        | ScriptAction::Pause { for_s: Some(for_s) } => within("for_s", *for_s, 0.001, 3600.0),
+        ScriptAction::Corrupt { file } if !CORRUPTIBLE.contains(&file.as_str()) => Err(format!(
+            "file is {file:?}, allowed are {}",
+            CORRUPTIBLE.join(", ")
+        )),
+        ScriptAction::Speed { to } if Speed::of_factor(*to).is_none() => Err(format!(
+            "to is {to}; allowed are 1 (real time), 0 (as fast as possible), or 0.01 to 50"
+        )),
         ScriptAction::DropParts { count } => within("count", f64::from(*count), 0.0, MAX_PARTS),
         ScriptAction::Kill { process } => script_check::process_word(process),
         ScriptAction::Target {

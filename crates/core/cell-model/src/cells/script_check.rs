@@ -11,9 +11,9 @@ pub(crate) fn check(action: &ScriptAction, cell: &Cell) -> Result<(), String> {
             .object_index(object)
             .map(|_| ())
             .map_err(|error| error.to_string()),
-        ScriptAction::Kill { process } | ScriptAction::Stop { process, .. } => {
-            controller(process, cell)
-        }
+        ScriptAction::Kill { process }
+        | ScriptAction::Stop { process, .. }
+        | ScriptAction::Restart { process, .. } => controller(process, cell),
         ScriptAction::Target { arm, .. } => arm_index(*arm, cell).map(|_| ()),
         ScriptAction::Gripper { arm, .. } => gripper(*arm, cell),
         ScriptAction::AddBin { .. } => {

@@ -8,10 +8,14 @@ use crate::suggest;
 pub(super) const TRIGGER_KEYS: [&str; 4] = ["at_s", "at_phase", "nth", "after_s"];
 
 /// The actions of a line, with the keys of each.
-const ACTIONS: [(&str, &[&str]); 14] = [
+const ACTIONS: [(&str, &[&str]); 20] = [
     ("drag", &["object", "to", "for_s"]),
     ("kill", &["process"]),
     ("stop", &["process", "for_s"]),
+    ("restart", &["process", "policy"]),
+    ("starve", &["for_s"]),
+    ("fill", &["for_s"]),
+    ("corrupt", &["file"]),
     ("gripper", &["to", "arm"]),
     ("target", &["position", "orientation_wxyz", "arm"]),
     ("add_bin", &["flipped"]),
@@ -20,9 +24,11 @@ const ACTIONS: [(&str, &[&str]); 14] = [
     ("task_pause", &[]),
     ("task_resume", &[]),
     ("task_reset", &[]),
-    ("pause", &[]),
+    ("pause", &["for_s"]),
     ("resume", &[]),
     ("reset", &[]),
+    ("speed", &["to"]),
+    ("break", &["name", "remove"]),
 ];
 
 /// Refuses unknown actions and keys, with the nearest known name.

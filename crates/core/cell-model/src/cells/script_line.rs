@@ -16,6 +16,29 @@ pub enum ScriptAction {
         #[serde(default = "two_seconds")]
         for_s: f64,
     },
+    /// SIGTERM a process; it is started again.
+    Restart {
+        /// As for kill.
+        process: String,
+        /// Another policy, for the task.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        policy: Option<String>,
+    },
+    /// Eight busy loops beside the cell.
+    Starve {
+        /// How long (s, of the launcher's clock).
+        for_s: f64,
+    },
+    /// Fills the file system of the run directory.
+    Fill {
+        /// As for starve.
+        for_s: f64,
+    },
+    /// Overwrites bytes of a file with the memory of a process.
+    Corrupt {
+        /// One of [`CORRUPTIBLE`].
+        file: String,
+    },
     /// SIGKILL a process; it is started again.
     Kill {
         /// `task`, `physics`, `monitor`, `controller` or `controller-0`.
@@ -69,12 +92,32 @@ pub enum ScriptAction {
     /// Resets the task to its start.
     TaskReset {},
     /// Pauses simulated time.
-    Pause {},
+    Pause {
+        /// How long (s, of the launcher's clock); if it is missing, until a person resumes it.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        for_s: Option<f64>,
+    },
     /// Resumes simulated time.
     Resume {},
     /// Resets the scene to its start.
     Reset {},
+    /// Another speed of simulated time.
+    Speed {
+        /// Simulated seconds per second: 1 is real time, 0 as fast as possible.
+        to: f64,
+    },
+    /// Pauses simulated time when the task reaches a node, state or guard.
+    Break {
+        /// Its name.
+        name: String,
+        /// Removes the breakpoint.
+        #[serde(default)]
+        remove: bool,
+    },
 }
+
+/// Files of a run directory that a line may overwrite.
+pub const CORRUPTIBLE: [&str; 3] = ["task.slots", "task.history", "physics.state"];
 
 /// Open or close.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -95,9 +138,19 @@ fn one() -> u32 {
 }
 
 impl ScriptAction {
-    /// Whether the launcher has to act, because it concerns a process.
+    /// Whether the launcher has to act, because it concerns a process or the machine, or lasts
+    /// for a time of its clock.
     pub fn is_for_launcher(&self) -> bool {
-        matches!(self, Self::Kill { .. } | Self::Stop { .. })
+        match self {
+            Self::Kill { .. }
+            | Self::Stop { .. }
+            | Self::Restart { .. }
+            | Self::Starve { .. }
+            | Self::Fill { .. }
+            | Self::Corrupt { .. } => true,
+            Self::Pause { for_s } => for_s.is_some(),
+            _ => false,
+        }
     }
 
     /// Whether it leads an arm, which only the operator may do while the task is paused.

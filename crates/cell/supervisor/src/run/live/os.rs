@@ -1,6 +1,7 @@
 //! The processes of a running cell: children of the launcher, on a bus in shared memory.
 
 use cell_bus::RunSite;
+use cell_model::cells::script::ScriptAction;
 use cell_rt::process::{SIGCONT, SIGSTOP, Share};
 use ipc_types::operator::OperatorAction;
 use ipc_types::topic::Process;
@@ -9,12 +10,14 @@ use crate::child::{Children, last_words};
 use crate::failure::{Context, Failure};
 use crate::programs::Programs;
 use crate::run::bus_thread::BusThread;
+use crate::run::disturbances::Disturbances;
 use crate::run::half_made::HalfMadeSweep;
 use crate::run::incident::IncidentRecorder;
 use crate::run::machine::{Machine, Threads};
 use crate::run::plan::Plan;
 use crate::run::room::Room;
 use crate::run::watch::{News, Watch};
+use crate::run::wish::choose_policy;
 use crate::supervision::Exit;
 use crate::{leftovers, say};
 
@@ -24,6 +27,7 @@ pub(super) struct Os {
     pub(super) bus: BusThread,
     pub(super) sweep: HalfMadeSweep,
     pub(super) incidents: IncidentRecorder,
+    disturbances: Disturbances,
     room: Room,
     processes: Vec<Process>,
     pub(super) plan: Plan,
@@ -45,6 +49,7 @@ impl Os {
             children: Children::new(plan.dir.clone(), programs),
             sweep: HalfMadeSweep::new(site),
             incidents: IncidentRecorder::new(&plan.spec, &plan.dir, &processes),
+            disturbances: Disturbances::default(),
             room: Room::new(plan.dir.path(), plan.spec.arms),
             processes,
             plan,
@@ -71,6 +76,19 @@ impl Machine for Os {
 
     fn thaw(&mut self, process: Process) {
         self.children.signal(process, SIGCONT);
+    }
+
+    fn choose(&mut self, policy: &str) -> Result<(), String> {
+        choose_policy(&mut self.plan, policy).map_err(|failure| failure.message)
+    }
+
+    fn disturb(&mut self, now_ns: u64, action: &ScriptAction) -> Result<(), String> {
+        self.disturbances
+            .begin(self.plan.dir.path(), now_ns, action)
+    }
+
+    fn end_disturbances(&mut self, now_ns: u64) {
+        self.disturbances.turn(now_ns);
     }
 
     fn reap(&mut self) -> Vec<(Process, u32, Exit)> {

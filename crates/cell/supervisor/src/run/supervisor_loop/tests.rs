@@ -10,6 +10,7 @@ use super::*;
 use crate::run::machine::Threads;
 use crate::run::watch::News;
 use crate::supervision::{Exit, MS};
+use cell_model::cells::script::ScriptAction;
 
 const ALL: [Process; 4] = [Physics, Controller(0), Task, Monitor];
 const REASON: &str = "/dev/shm has 1 KiB free";
@@ -56,6 +57,16 @@ impl Machine for Model {
     fn thaw(&mut self, process: Process) {
         self.frozen.retain(|frozen| *frozen != process);
     }
+
+    fn choose(&mut self, _: &str) -> Result<(), String> {
+        Ok(())
+    }
+
+    fn disturb(&mut self, _: u64, _: &ScriptAction) -> Result<(), String> {
+        Ok(())
+    }
+
+    fn end_disturbances(&mut self, _: u64) {}
 
     fn reap(&mut self) -> Vec<(Process, u32, Exit)> {
         std::mem::take(&mut self.ended)
