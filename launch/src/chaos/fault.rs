@@ -51,9 +51,10 @@ pub(super) struct Faults {
 impl Faults {
     /// None so far; `only` this process is killed and stopped.
     pub(super) fn new(only: Option<ProcessName>) -> Self {
-        let mut this = Self::default();
-        this.only = only;
-        this
+        Self {
+            only,
+            ..Self::default()
+        }
     }
 
     /// Does `kind` to the cell; `None` where it cannot be done now.

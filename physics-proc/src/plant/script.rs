@@ -144,12 +144,7 @@ impl Plant {
                 OperatorAction::Break
             }
             // Lines for the launcher never arrive here; see `run_script`.
-            ScriptAction::Kill { .. }
-            | ScriptAction::Stop { .. }
-            | ScriptAction::Restart { .. }
-            | ScriptAction::Starve { .. }
-            | ScriptAction::Fill { .. }
-            | ScriptAction::Corrupt { .. } => return None,
+            _ => return None,
         };
         request.action = code.code();
         Some(request)

@@ -136,7 +136,7 @@ const NOT_CAPACITIES: [&str; 37] = [
     "crates/tasks/task/src/reason.rs::MAX_BYTES",
     "crates/tasks/task/src/time.rs::MOST_TICKS",
     "crates/tasks/tree-import/src/document/elements.rs::MAX_COUNTED",
-    "launch/src/chaos/fault.rs::MOST_FILLED",
+    "crates/cell/supervisor/src/run/disturbances.rs::MOST_FILLED",
     "launch/src/chaos/kills.rs::MOST_TICKS_LOST",
     "launch/src/client/approach.rs::MOST_S",
     "monitor-proc/src/feed/real_time_factor.rs::MAX_SAMPLES",

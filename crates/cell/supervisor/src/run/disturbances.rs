@@ -137,3 +137,27 @@ fn corrupt(path: &Path) -> io::Result<()> {
 fn nanos(seconds: f64) -> u64 {
     (seconds * 1.0e9) as u64
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_of_every_part_of_a_file_are_overwritten() {
+        let dir = std::env::temp_dir().join(format!("robocell-bytes-{}", std::process::id()));
+        std::fs::create_dir_all(&dir).unwrap();
+        let path = dir.join("task.slots");
+        std::fs::write(&path, [7; 6400]).unwrap();
+        let action = ScriptAction::Corrupt {
+            file: "task.slots".to_owned(),
+        };
+        let mut disturbances = Disturbances::default();
+        disturbances.begin(&dir, 0, &action).unwrap();
+        let bytes = std::fs::read(&path).unwrap();
+        let mut parts = bytes.chunks(100);
+        assert!(parts.all(|part| part.contains(&!7)), "each part");
+        std::fs::remove_dir_all(&dir).unwrap();
+        let refusal = disturbances.begin(&dir, 0, &action).unwrap_err();
+        assert!(refusal.contains("task.slots"), "{refusal}");
+    }
+}

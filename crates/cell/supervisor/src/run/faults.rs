@@ -169,7 +169,9 @@ mod tests {
 
     const SCRIPT: &str = r#"{"at_s": 1, "do": "kill", "process": "task"}
 {"at_s": 2, "do": "stop", "process": "controller", "for_s": 0.5}
-{"at_s": 3, "do": "pause"}"#;
+{"at_s": 3, "do": "pause", "for_s": 0.5}
+{"at_s": 4, "do": "restart", "process": "task", "policy": "fsm"}
+{"at_s": 5, "do": "fill", "for_s": 1}"#;
 
     fn faults() -> Faults {
         let lines = cell_model::cells::script::parse(SCRIPT, "s").unwrap();
@@ -190,6 +192,27 @@ mod tests {
         let mut faults = faults();
         faults.poll(0, 1, |_| None);
         assert_eq!(faults.poll(9, 1, |_| Some(2)), [FaultStep::Tell(1)]);
+    }
+
+    #[test]
+    fn a_pause_ends_after_its_time_also_for_a_new_physics() {
+        let mut faults = faults();
+        assert_eq!(faults.poll(0, 3, |_| Some(1)), []);
+        assert_eq!(faults.poll(499_999_999, 3, |_| Some(2)), []);
+        assert_eq!(
+            faults.poll(500_000_000, 3, |_| Some(2)),
+            [FaultStep::Tell(3)]
+        );
+    }
+
+    #[test]
+    fn a_task_is_restarted_with_another_policy_and_the_machine_is_disturbed() {
+        let mut faults = faults();
+        let restart = FaultStep::Restart(Task, Some("fsm".to_owned()));
+        assert_eq!(faults.poll(0, 4, |_| Some(1)), [restart]);
+        assert_eq!(faults.poll(1, 4, |_| Some(2)), [FaultStep::Tell(4)]);
+        let fill = FaultStep::Disturb(ScriptAction::Fill { for_s: 1.0 });
+        assert_eq!(faults.poll(2, 5, |_| Some(2)), [fill, FaultStep::Tell(5)]);
     }
 
     #[test]

@@ -62,7 +62,8 @@ fn parse_with(
             // The example is shown only where the line cannot be read at all; other errors name
             // the key.
             .map_err(|problem| fail(format!("{problem}; a line looks like {EXAMPLE}")))?;
-        check(&parsed.trigger, &parsed.action).map_err(fail)?;
+        check_trigger(&parsed.trigger).map_err(fail)?;
+        check_action(&parsed.action).map_err(fail)?;
         also(&parsed).map_err(fail)?;
         lines.push(parsed);
     }
@@ -97,21 +98,25 @@ fn parse_line(line: &str) -> Result<ScriptLine, String> {
     Ok(ScriptLine { trigger, action })
 }
 
-fn check(trigger: &Trigger, action: &ScriptAction) -> Result<(), String> {
-    let within = |key: &str, value: f64, low: f64, high: f64| {
-        if (low..=high).contains(&value) {
-            Ok(())
-        } else {
-            Err(format!("{key} is {value}, allowed is {low} to {high}"))
-        }
-    };
+fn within(key: &str, value: f64, low: f64, high: f64) -> Result<(), String> {
+    if (low..=high).contains(&value) {
+        Ok(())
+    } else {
+        Err(format!("{key} is {value}, allowed is {low} to {high}"))
+    }
+}
+
+fn check_trigger(trigger: &Trigger) -> Result<(), String> {
     match trigger {
-        Trigger::Time { at_s } => within("at_s", *at_s, 0.0, 1.0e6)?,
+        Trigger::Time { at_s } => within("at_s", *at_s, 0.0, 1.0e6),
         Trigger::Phase { nth, after_s, .. } => {
             within("nth", f64::from(*nth), 1.0, 1.0e6)?;
-            within("after_s", *after_s, 0.0, 1.0e6)?;
+            within("after_s", *after_s, 0.0, 1.0e6)
         }
     }
+}
+
+fn check_action(action: &ScriptAction) -> Result<(), String> {
     match action {
         ScriptAction::Drag { to, for_s, .. } => {
             within("for_s", *for_s, 0.001, 3600.0)?;
@@ -284,6 +289,15 @@ mod tests {
             (
                 "\n{\"at_s\": 1, \"do\": \"kill\", \"process\": \"init\"}",
                 "init",
+            ),
+            (
+                "\n{\"at_s\": 1, \"do\": \"corrupt\", \"file\": \"/etc/passwd\"}",
+                "task.slots",
+            ),
+            ("\n{\"at_s\": 1, \"do\": \"speed\", \"to\": 99}", "50"),
+            (
+                "\n{\"at_s\": 1, \"do\": \"restart\", \"process\": \"physics\", \"policy\": \"fsm\"}",
+                "only the task",
             ),
             ("\n{\"at_s\": 1, \"nth\": 2, \"do\": \"pause\"}", "nth"),
             ("\n{", "s.jsonl:2"),
