@@ -243,9 +243,8 @@ impl<C: Clock, S: Store> PhysicsProcess<C, S> {
         };
         self.grid = Grid::new(period_ns, self.clock.now_ns(), fifo);
         self.overruns_before = self.overruns;
-        // A successor publishes the state it resumed from at once: all others wait for it.
+        // At once: all others wait for the state that was resumed. What is announced is saved.
         self.publish();
-        // A state that was announced is saved before the next step.
         self.keep();
     }
 

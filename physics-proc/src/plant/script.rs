@@ -113,10 +113,7 @@ impl Plant {
             } => {
                 request.arm = *arm;
                 let present = || self.world.present_orientation(*arm);
-                request.pose = unit(&Pose {
-                    position: *position,
-                    orientation_wxyz: orientation_wxyz.or_else(present)?,
-                });
+                request.pose = unit(*position, orientation_wxyz.or_else(present)?);
                 OperatorAction::Target
             }
             ScriptAction::DropParts { count } => {
@@ -151,13 +148,12 @@ impl Plant {
     }
 }
 
-/// Normalises the orientation: people type rounded numbers.
-fn unit(pose: &Pose) -> Pose {
-    let [w, x, y, z] = pose.orientation_wxyz;
-    let length = [w, x, y, z].iter().map(|q| q * q).sum::<f64>().sqrt();
+/// The pose with a normalised orientation: people type rounded numbers.
+fn unit(position: [f64; 3], orientation_wxyz: [f64; 4]) -> Pose {
+    let length = orientation_wxyz.iter().map(|q| q * q).sum::<f64>().sqrt();
     Pose {
-        orientation_wxyz: pose.orientation_wxyz.map(|q| q / length),
-        ..*pose
+        position,
+        orientation_wxyz: orientation_wxyz.map(|q| q / length),
     }
 }
 
