@@ -66,6 +66,7 @@ pub fn compare(seed: u64) -> Result<Compared, String> {
             "--speed",
             "max",
             "--headless",
+            "--until-done",
             "--cell",
             "drill",
             "--timeout",
