@@ -13,7 +13,7 @@ use std::time::Duration;
 use clap::Parser;
 use serde::Serialize;
 
-use robocell_drill::batch::{self, Batch, Failure, examine};
+use robocell_drill::batch::{self, Batch, Failure, Summary, examine};
 use robocell_drill::draw::Level;
 use robocell_drill::plan::Plan;
 use robocell_drill::{draw, export, fidelity, planted, reduce};
@@ -22,6 +22,8 @@ use robocell_drill::{draw, export, fidelity, planted, reduce};
 const FAILED: u8 = 5;
 /// The usage or the generator is wrong.
 const WRONG: u8 = 2;
+/// Plans that reached a combination of states that none before it had.
+const FIRSTS: &str = "target/drill/new.jsonl";
 
 /// Runs the whole cell under virtual time with drawn faults, and checks the invariants.
 #[derive(Parser)]
@@ -147,14 +149,7 @@ fn many(args: &Args) -> Result<bool, String> {
         return Ok(false);
     }
     if args.coverage {
-        let (firsts, combinations) = (summary.firsts.len(), summary.combinations);
-        println!("{combinations} combinations of states; {firsts} plans reached a new one");
-        if !summary.not_reached.is_empty() {
-            return Err(format!(
-                "no plan reached: {}",
-                summary.not_reached.join("; ")
-            ));
-        }
+        coverage(&batch, &summary)?;
     }
     // A kind that mostly hits nothing tests nothing.
     let idle = summary
@@ -167,6 +162,28 @@ fn many(args: &Args) -> Result<bool, String> {
         ));
     }
     Ok(true)
+}
+
+/// Prints what was reached, and writes the plans that reached a new combination of states.
+fn coverage(batch: &Batch, summary: &Summary) -> Result<(), String> {
+    let plan = |seed: &u64| draw::plan(*seed, batch.level, batch.longest_ms);
+    let lines = summary.firsts.iter().map(plan);
+    let lines = lines.map(|plan| serde_json::to_string(&plan).map(|line| line + "\n"));
+    let lines = lines.collect::<Result<String, _>>();
+    let lines = lines.map_err(|error| error.to_string())?;
+    std::fs::create_dir_all("target/drill")
+        .and_then(|()| std::fs::write(FIRSTS, lines))
+        .map_err(|error| format!("{FIRSTS}: {error}"))?;
+    println!(
+        "{} combinations of states; {} plans reached a new one: {FIRSTS}",
+        summary.combinations,
+        summary.firsts.len()
+    );
+    if summary.not_reached.is_empty() {
+        return Ok(());
+    }
+    let missing = summary.not_reached.join("; ");
+    Err(format!("no plan reached: {missing}"))
 }
 
 /// Searches for planted bugs; whether each of them was found.

@@ -35,7 +35,7 @@ fn every_invariant_holds_and_the_result_does_not_depend_on_the_number_of_threads
 }
 
 #[test]
-fn the_plans_that_failed_once_hold() {
+fn the_kept_plans_hold() {
     let kept = Path::new(env!("CARGO_MANIFEST_DIR")).join("plans.jsonl");
     let kept = std::fs::read_to_string(kept).unwrap();
     assert!(kept.lines().count() > 0);
