@@ -94,8 +94,10 @@ fn step(
     // may add.
     let mean = 0.5 * (v + old.setpoint_velocities[joint]);
     let apart = (q - old.setpoint_positions[joint] - mean * TICK_S).abs();
+    // At the end of its range a joint stays, however fast it came there after late commands.
+    let is_at_end = q <= spec.lower || q >= spec.upper;
     fail_if(
-        apart > spec.acceleration * TICK_S * TICK_S + RETURNS * TICK_S,
+        apart > spec.acceleration * TICK_S * TICK_S + RETURNS * TICK_S && !is_at_end,
         || format!("its setpoint moved by {moved} at {mean} per second"),
     )?;
     let jerk = (a - old.setpoint_accelerations[joint]).abs();
