@@ -37,6 +37,7 @@ pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
         Command::Target(args) => client::target(args),
         Command::Joints(args) => client::joints(args),
         Command::Gripper(args) => client::gripper(args),
+        Command::Grasp(args) => client::grasp(args),
         Command::Drag(args) => client::drag(args),
         Command::DropParts(args) => client::drop_parts(args),
         Command::AddBin(args) => client::add_bin(args),

@@ -14,7 +14,9 @@ pub use crate::cli_common::{
     CellArgs, CompleteArgs, DataArgs, JobArgs, ManArgs, ProcessName, ProgramArgs, SceneArgs,
 };
 pub use crate::cli_eval::{BisectArgs, EpisodeArgs, EvalArgs, EvalVerb, MergeArgs, ReportRowsArgs};
-pub use crate::cli_hand::{ArmArgs, GripperArgs, GripperVerb, JointsArgs, MoveArgs, TargetArgs};
+pub use crate::cli_hand::{
+    ArmArgs, GraspArgs, GripperArgs, GripperVerb, JointsArgs, MoveArgs, TargetArgs,
+};
 use crate::cli_kinds::FaultKind;
 pub use crate::cli_operate::{
     AddBinArgs, BreakArgs, DragArgs, DropPartsArgs, RestartArgs, SpeedArgs, StepArgs, TaskArgs,
@@ -100,6 +102,8 @@ pub enum Command {
     Joints(JointsArgs),
     /// Open or close the gripper (while the task is paused, or with `reach`)
     Gripper(GripperArgs),
+    /// Show the grasps of an object, and what excludes the others
+    Grasp(GraspArgs),
     /// Drag an object to a position with a spring of bounded force
     Drag(DragArgs),
     /// Drop parts from the dispenser

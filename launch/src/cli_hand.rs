@@ -56,6 +56,19 @@ pub struct JointsArgs {
     pub movement: MoveArgs,
 }
 
+/// `robocell grasp`.
+#[derive(Clone, Debug, Args)]
+pub struct GraspArgs {
+    /// Name of the object in the cell file
+    pub object: String,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub of: ArmArgs,
+}
+
 /// Actions of the gripper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum GripperVerb {

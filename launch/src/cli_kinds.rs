@@ -51,6 +51,8 @@ pub enum OutputName {
     Doctor,
     /// `eval`: each line.
     Eval,
+    /// `grasp`.
+    Grasp,
     /// `incident N`.
     Incident,
     /// `incident`.

@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use cell_bus::Bus;
+use cell_model::Cell;
 use cell_model::runs::spec::Speed;
 use ipc_types::operator::{OperatorAction, ReplyCode};
 use ipc_types::world::{FLAG_PAUSED, OBJECT_DRAGGED, PauseCause};
@@ -108,19 +109,24 @@ pub(crate) fn add_bin(args: &AddBinArgs) -> Result<(), Failure> {
     tell(&Session::of(&args.cell.cell)?, &wish, "bin added")
 }
 
+/// The object with this name.
+pub(super) fn object_index(cell: &Cell, object: &str) -> Result<usize, Failure> {
+    let names: Vec<String> = cell.objects.iter().map(|o| o.name.clone()).collect();
+    let index = names.iter().position(|name| name == object);
+    index.ok_or_else(|| {
+        let near = did_you_mean(object, &names);
+        let known = names.join(", ");
+        Failure::configuration(format!(
+            "object `{object}` is unknown{near}; this cell has {known}"
+        ))
+    })
+}
+
 /// `robocell drag OBJECT --to X Y Z`: returns when the object is released.
 pub(crate) fn drag(args: &DragArgs) -> Result<(), Failure> {
     let session = Session::of(&args.cell.cell)?;
     let cell = session.load_cell()?;
-    let names: Vec<String> = cell.objects.iter().map(|o| o.name.clone()).collect();
-    let Some(index) = names.iter().position(|name| *name == args.object) else {
-        let near = did_you_mean(&args.object, &names);
-        let known = names.join(", ");
-        return Err(Failure::configuration(format!(
-            "object `{}` is unknown{near}; this cell has {known}",
-            args.object
-        )));
-    };
+    let index = object_index(&cell, &args.object)?;
     let mut wish = request(OperatorAction::Drag);
     wish.object = u32::try_from(index).unwrap_or(u32::MAX);
     wish.pose.position.copy_from_slice(&args.to);

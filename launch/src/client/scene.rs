@@ -11,7 +11,7 @@ use serde::Serialize;
 /// Position (m) and orientation in the world frame.
 #[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Place {
-    position: [f64; 3],
+    pub(super) position: [f64; 3],
     orientation_wxyz: [f64; 4],
 }
 

@@ -44,6 +44,7 @@ fn help_lists_what_works_and_nothing_else() {
         "target",
         "joints",
         "gripper",
+        "grasp",
         "drag",
         "drop-parts",
         "add-bin",

@@ -138,6 +138,13 @@ fn what_is_pure_knows_neither_bus_nor_engine_however_far_down() {
             .collect();
         assert!(impure.is_empty(), "{name} is built from {impure:?}");
     }
+    // Grasps need parry, and no engine (ADR 35).
+    let grasp = closure("robocell-grasp");
+    assert!(grasp.contains("parry3d-f64"), "{grasp:?}");
+    assert!(
+        !grasp.contains("rapier3d-f64") && !grasp.contains("iceoryx2"),
+        "{grasp:?}"
+    );
     let all = dependencies();
     for name in ["robocell-rmp", "robocell-behavior"] {
         assert!(
@@ -162,10 +169,12 @@ fn only_physics_knows_the_engine() {
         let fits_spheres = name == "robocell-cell-assets";
         // Its pictures need parry.
         let draws = name == "robocell-python";
+        let grasps = name == "robocell-grasp";
         assert!(
             !known
                 || fits_spheres
                 || draws
+                || grasps
                 || name == "robocell-physics"
                 || name == "robocell-tests",
             "{name}"

@@ -232,20 +232,29 @@ impl Checker<'_> {
             object.friction,
         )?;
         self.position(&format!("{key}.position_m"), &object.position_m)?;
-        self.number(&format!("{key}.yaw_rad"), object.yaw_rad, -7.0, 7.0)?;
+        self.orientation(key, object.orientation_wxyz, object.yaw_rad)?;
         self.spawn(&format!("{key}.spawn"), object.spawn)?;
         self.numbers(&format!("{key}.colour"), &object.colour, 0.0, 1.0)
     }
 
-    fn fixture(&self, key: &str, fixture: &FixtureTable) -> Result<(), ModelError> {
-        self.shape(&format!("{key}.shape"), &fixture.shape)?;
-        if let Some(q) = fixture.orientation_wxyz {
+    fn orientation(
+        &self,
+        key: &str,
+        wxyz: Option<[f64; 4]>,
+        yaw_rad: f64,
+    ) -> Result<(), ModelError> {
+        if let Some(q) = wxyz {
             let norm = q.iter().map(|x| x * x).sum::<f64>().sqrt();
             self.number(&format!("{key}.orientation_wxyz"), norm, 0.999, 1.001)?;
         }
+        self.number(&format!("{key}.yaw_rad"), yaw_rad, -7.0, 7.0)
+    }
+
+    fn fixture(&self, key: &str, fixture: &FixtureTable) -> Result<(), ModelError> {
+        self.shape(&format!("{key}.shape"), &fixture.shape)?;
         self.number(&format!("{key}.friction"), fixture.friction, 0.0, 5.0)?;
         self.position(&format!("{key}.position_m"), &fixture.position_m)?;
-        self.number(&format!("{key}.yaw_rad"), fixture.yaw_rad, -7.0, 7.0)?;
+        self.orientation(key, fixture.orientation_wxyz, fixture.yaw_rad)?;
         self.numbers(&format!("{key}.colour"), &fixture.colour, 0.0, 1.0)
     }
 }

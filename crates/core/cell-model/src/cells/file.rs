@@ -137,6 +137,9 @@ pub struct ObjectTable {
     /// Turn about z at the start (rad).
     #[serde(default)]
     pub yaw_rad: f64,
+    /// Orientation, w x y z, in place of `yaw_rad`.
+    #[serde(default)]
+    pub orientation_wxyz: Option<[f64; 4]>,
     /// How far the seed moves it.
     #[serde(default)]
     pub spawn: SpawnArea,

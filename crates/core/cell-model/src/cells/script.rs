@@ -7,7 +7,7 @@ use crate::cells::cell::Cell;
 use crate::cells::script_check;
 use crate::cells::script_keys::{TRIGGER_KEYS, check_keys};
 use crate::runs::phase_name;
-use crate::runs::spec::Speed;
+use crate::runs::speed::Speed;
 
 pub use crate::cells::script_line::{CORRUPTIBLE, GripperWord, ScriptAction, ScriptLine, Trigger};
 

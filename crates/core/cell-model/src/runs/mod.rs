@@ -13,6 +13,7 @@ pub mod report;
 pub mod script_report;
 pub mod secrets;
 pub mod spec;
+pub mod speed;
 pub mod summary;
 mod summary_text;
 pub mod wire;

@@ -272,3 +272,33 @@ fn an_arm_whose_files_say_nothing_of_self_collision_keeps_away_from_itself() {
         );
     }
 }
+
+#[test]
+fn an_object_lies_as_its_orientation_says_and_a_wrong_one_is_refused() {
+    let cell = |extra: &str| {
+        let dir = std::env::temp_dir().join(format!("robocell-lying-{}", std::process::id()));
+        std::fs::create_dir_all(dir.join("cells")).unwrap();
+        let text = std::fs::read_to_string(Data::checkout_dir().join("cells/reach.toml")).unwrap();
+        let object = "[[object]]\nname = \"tube\"\nshape = { kind = \"cylinder\", radius_m = 0.02, \
+                      height_m = 0.1 }\nmass_kg = 0.1\nfriction = 0.8\ncolour = [0.5, 0.5, 0.5]\n\
+                      position_m = [0.5, 0.3, 0.02]\n";
+        std::fs::write(
+            dir.join("cells/reach.toml"),
+            format!("{text}\n{object}{extra}\n"),
+        )
+        .unwrap();
+        let data = Data::dir(&dir).with_robots_of(&Data::checkout());
+        Cell::load(&data, "reach", 3, None)
+    };
+    let lies = cell("orientation_wxyz = [0.7071, 0.7071, 0.0, 0.0]").unwrap();
+    let axis = lies.objects[0].pose.rotation * nalgebra::Vector3::z();
+    assert!(
+        axis.z.abs() < 1.0e-9 && (axis.norm() - 1.0).abs() < 1.0e-12,
+        "{axis}"
+    );
+    let refused = cell("orientation_wxyz = [1.0, 1.0, 0.0, 0.0]").unwrap_err();
+    assert!(
+        refused.to_string().contains("object.0.orientation_wxyz"),
+        "{refused}"
+    );
+}

@@ -1,8 +1,8 @@
 //! A fixture of a cell.
 
-use nalgebra::{Isometry3, Translation3, UnitQuaternion};
+use nalgebra::Isometry3;
 
-use super::pose::turn_about_z;
+use super::pose::oriented;
 use crate::cells::file::FixtureTable;
 use crate::shape::Shape;
 
@@ -30,20 +30,10 @@ pub(super) fn fixture(table: &FixtureTable) -> FixtureSpec {
     FixtureSpec {
         name: table.name.clone(),
         shape: table.shape.clone(),
-        pose: Isometry3::from_parts(
-            Translation3::from(table.position_m),
-            table
-                .orientation_wxyz
-                .map_or_else(|| turn_about_z(table.yaw_rad), unit),
-        ),
+        pose: oriented(table.position_m, table.yaw_rad, table.orientation_wxyz),
         friction: table.friction,
         solid: table.solid,
         obstacle: table.obstacle,
         colour: table.colour,
     }
-}
-
-/// The rotation of a quaternion w x y z, whose norm was checked to be 1.
-fn unit([w, x, y, z]: [f64; 4]) -> UnitQuaternion<f64> {
-    UnitQuaternion::new_normalize(nalgebra::Quaternion::new(w, x, y, z))
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Translation3, Vector3};
 
-use super::pose::{pose, turn_about_z};
+use super::pose::{oriented, turn_about_z};
 use crate::cells::file::{ObjectTable, SpawnArea, numbered};
 use crate::random::Random;
 use crate::shape::Shape;
@@ -54,7 +54,7 @@ impl ObjectSpec {
 /// used or not: x, y, yaw, friction; a fifth if it can have several shapes. So a spread of 0
 /// does not move the objects after it.
 pub(super) fn place(object: &ObjectTable, index: u32, random: &mut Random) -> ObjectSpec {
-    let mut nominal = pose(object.position_m, object.yaw_rad);
+    let mut nominal = oriented(object.position_m, object.yaw_rad, object.orientation_wxyz);
     nominal.translation.vector += Vector3::from(object.pitch_m) * f64::from(index);
     let varied = vary(&nominal, object.spawn, random);
     let friction = object.friction + random.around_zero(object.friction_spread);

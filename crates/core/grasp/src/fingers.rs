@@ -1,0 +1,314 @@
+//! Candidates for two fingers.
+
+use std::f64::consts::FRAC_1_SQRT_2;
+
+use cell_model::Shape;
+use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3};
+
+use crate::candidate::{Approach, Candidate, Depth, Exclusion};
+use crate::gripper::Hand;
+use crate::scene::{Body, Scene};
+
+/// Clearance of each finger to the object, to fixtures and to other objects before it closes (m).
+const FINGER_CLEARANCE_M: f64 = 0.001;
+/// Clearance of the hand to other arms (m): they move.
+const ARM_CLEARANCE_M: f64 = 0.01;
+/// Shortest length of the pads that has to touch the object (m).
+const OVERLAP_M: f64 = 0.002;
+/// Distances before the grasp at which the open hand is checked (m): a finger is 15 mm thick.
+const WAY_M: [f64; 6] = [0.0, 0.012, 0.025, 0.05, 0.075, 0.1];
+/// Step of the search for the lowest depth (m).
+const STEP_M: f64 = 0.001;
+/// A direction this near to the vertical is vertical (cosine of 10 degrees).
+const VERTICAL: f64 = 0.985;
+
+/// A direction in which fingers close around a shape, and half of the length on which it has
+/// its width, as a function of the approach.
+struct Closing {
+    axis: Vector3<f64>,
+    /// Half lengths of the face, along two unit vectors (m).
+    face: [(Vector3<f64>, f64); 2],
+}
+
+impl Closing {
+    /// Half of the length of the face along `approach` (m).
+    fn half(&self, approach: &Vector3<f64>) -> f64 {
+        let along = |(axis, half): &(Vector3<f64>, f64)| {
+            let part = approach.dot(axis).abs();
+            if part < 1.0e-6 {
+                f64::INFINITY
+            } else {
+                half / part
+            }
+        };
+        self.face.iter().map(along).fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// All candidates for `object`, which is at `pose`; `tool` is the present pose of the TCP.
+pub(crate) fn candidates(
+    hand: &Hand,
+    scene: &Scene,
+    (object, pose): (&Body, &Isometry3<f64>),
+    tool: Option<&Isometry3<f64>>,
+) -> Vec<Candidate> {
+    let mut all = Vec::new();
+    for closing in closings(&object.shape, pose) {
+        let (low, high) = object.solid.extent(pose, &closing.axis);
+        for (approach, direction) in approaches(&closing.axis) {
+            let extent = object.solid.extent(pose, &direction);
+            for axis in [closing.axis, -closing.axis] {
+                let grasp = Grasp {
+                    rotation: rotation(&direction, &axis),
+                    centre: pose.translation.vector
+                        + closing.axis
+                            * (0.5 * (low + high) - closing.axis.dot(&pose.translation.vector)),
+                    direction,
+                    extent,
+                    half: closing.half(&direction),
+                    width_m: high - low,
+                };
+                for (depth, at) in grasp.depths(hand, scene) {
+                    let tcp = grasp.tcp(at);
+                    let turn = tool.map_or(0.0, |tool| tool.rotation.angle_to(&tcp.rotation));
+                    let excluded = grasp
+                        .misfit(hand, at)
+                        .or_else(|| blocked(hand, scene, object, (&tcp, grasp.width_m)));
+                    all.push(Candidate {
+                        tcp,
+                        approach,
+                        depth,
+                        width_m: grasp.width_m,
+                        cost: cost(approach, depth) + 0.1 * turn + grasp.width_m,
+                        excluded,
+                    });
+                }
+            }
+        }
+    }
+    all
+}
+
+/// From above is best understood and has the shortest way back; the centre holds best.
+fn cost(approach: Approach, depth: Depth) -> f64 {
+    let of_approach = match approach {
+        Approach::Above => 0.0,
+        Approach::Oblique => 1.0,
+        Approach::Side => 1.5,
+    };
+    let of_depth = match depth {
+        Depth::Centre | Depth::Face => 0.0,
+        Depth::Low => 0.2,
+        Depth::Upper => 0.3,
+    };
+    of_approach + of_depth
+}
+
+/// A grasp whose depth is open.
+struct Grasp {
+    rotation: UnitQuaternion<f64>,
+    /// Between the fingers.
+    centre: Vector3<f64>,
+    /// Of the approach.
+    direction: Vector3<f64>,
+    /// Of the object along the direction (m).
+    extent: (f64, f64),
+    /// Half of the face that the pads can touch, along the direction (m).
+    half: f64,
+    width_m: f64,
+}
+
+impl Grasp {
+    /// The TCP with its coordinate `at` along the direction.
+    fn tcp(&self, at: f64) -> Isometry3<f64> {
+        let off = at - self.direction.dot(&self.centre);
+        Isometry3::from_parts((self.centre + self.direction * off).into(), self.rotation)
+    }
+
+    /// Centre of the face along the direction.
+    fn middle(&self) -> f64 {
+        self.direction.dot(&self.centre)
+    }
+
+    fn depths(&self, hand: &Hand, scene: &Scene) -> Vec<(Depth, f64)> {
+        let middle = self.middle();
+        let upper = self.extent.0 + hand.tip_m;
+        let low = self.lowest(hand, scene, middle);
+        let mut depths = vec![low.map_or((Depth::Centre, middle), |low| (Depth::Low, low))];
+        if upper < middle - STEP_M {
+            depths.push((Depth::Upper, upper));
+        }
+        depths
+    }
+
+    /// The deepest place before the centre at which the fingers touch no fixture; `None` where
+    /// that is the centre.
+    fn lowest(&self, hand: &Hand, scene: &Scene, middle: f64) -> Option<f64> {
+        let is_clear = |at: &f64| {
+            let tcp = self.tcp(*at);
+            !scene.fixtures.iter().any(|fixture| {
+                let mut fingers = hand.fingers_at(&tcp, hand.open_width_m);
+                fingers.any(|(solid, at)| fixture.is_near(solid, &at, FINGER_CLEARANCE_M))
+            })
+        };
+        if is_clear(&middle) {
+            return None;
+        }
+        // A little more than where the pads miss it: then it is too thin, not blocked.
+        let end = self.extent.0 - hand.tip_m - 4.0 * FINGER_CLEARANCE_M;
+        let steps = std::iter::successors(Some(middle - STEP_M), |at| Some(at - STEP_M));
+        let mut steps = steps.take_while(|at| *at > end);
+        steps.find(is_clear)
+    }
+
+    /// Whether the object fits between the fingers, and the pads touch it.
+    fn misfit(&self, hand: &Hand, at: f64) -> Option<Exclusion> {
+        let opens_m = hand.open_width_m - 2.0 * FINGER_CLEARANCE_M;
+        if self.width_m > opens_m {
+            let width_m = self.width_m;
+            return Some(Exclusion::TooWide { width_m, opens_m });
+        }
+        let (low, high) = (self.middle() - self.half, self.middle() + self.half);
+        let overlap_m = (at + hand.tip_m).min(high) - (at - hand.tip_m).max(low);
+        // A round side is touched along a line, which has to be between the tips.
+        let is_line = self.half < OVERLAP_M && (at - self.middle()).abs() < hand.tip_m - OVERLAP_M;
+        (overlap_m < OVERLAP_M && !is_line).then(|| Exclusion::TooThin {
+            overlap_m: overlap_m.max(0.0),
+        })
+    }
+}
+
+/// What the hand would touch on its way to `tcp`, or when it closes to `width_m`.
+fn blocked(
+    hand: &Hand,
+    scene: &Scene,
+    object: &Body,
+    (tcp, width_m): (&Isometry3<f64>, f64),
+) -> Option<Exclusion> {
+    let own = object.pose?;
+    let touches_own = hand
+        .palm
+        .is_near(tcp, &object.solid, &own, FINGER_CLEARANCE_M);
+    if touches_own {
+        return Some(Exclusion::Hand);
+    }
+    let back = tcp.rotation * -Vector3::z();
+    let way = WAY_M.iter().map(|off| {
+        let at = nalgebra::Translation3::from(back * *off) * tcp;
+        (at, hand.open_width_m)
+    });
+    way.chain([(*tcp, width_m)])
+        .find_map(|(at, width)| touched(hand, scene, object, (&at, width)))
+}
+
+fn touched(
+    hand: &Hand,
+    scene: &Scene,
+    object: &Body,
+    (tcp, width_m): (&Isometry3<f64>, f64),
+) -> Option<Exclusion> {
+    let touches = |body: &Body, margin: f64| {
+        let mut fingers = hand.fingers_at(tcp, width_m);
+        body.is_near(&hand.palm, tcp, margin)
+            || fingers.any(|(solid, at)| body.is_near(solid, &at, margin))
+    };
+    let find = |bodies: &[Body], margin: f64| {
+        let others = bodies.iter().filter(|body| !std::ptr::eq(*body, object));
+        let mut touched = others.filter(|body| touches(body, margin));
+        touched.next().map(|body| body.name.clone())
+    };
+    find(&scene.fixtures, 0.5 * FINGER_CLEARANCE_M)
+        .map(Exclusion::Fixture)
+        .or_else(|| find(&scene.objects, FINGER_CLEARANCE_M).map(Exclusion::Object))
+        .or_else(|| find(&scene.arms, ARM_CLEARANCE_M).map(Exclusion::Arm))
+}
+
+/// The directions in which a shape has two sides to press on.
+fn closings(shape: &Shape, pose: &Isometry3<f64>) -> Vec<Closing> {
+    let [x, y, z] = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| pose.rotation * axis);
+    match *shape {
+        Shape::Box { size_m } | Shape::Bin { size_m, .. } => {
+            let [a, b, c] = size_m.map(|size| 0.5 * size);
+            let closing = |axis, face| Closing { axis, face };
+            vec![
+                closing(x, [(y, b), (z, c)]),
+                closing(y, [(z, c), (x, a)]),
+                closing(z, [(x, a), (y, b)]),
+            ]
+        }
+        // Any direction: those of the world, so that a ball that rolled is gripped the same way.
+        Shape::Sphere { .. } => around(&Vector3::z())
+            .map(|axis| Closing {
+                axis,
+                face: [(axis.cross(&Vector3::z()), 0.0), (Vector3::z(), 0.0)],
+            })
+            .collect(),
+        Shape::Cylinder { radius_m, height_m } => {
+            let mut all = round(&z, 0.5 * height_m);
+            all.push(Closing {
+                axis: z,
+                face: [(x, radius_m), (y, radius_m)],
+            });
+            all
+        }
+        Shape::Capsule { height_m, .. } => round(&z, 0.5 * height_m),
+    }
+}
+
+/// Across a round body along `axis`, on lines with half this length (m).
+fn round(axis: &Vector3<f64>, half_m: f64) -> Vec<Closing> {
+    around(axis)
+        .map(|across| Closing {
+            axis: across,
+            face: [(*axis, half_m), (axis.cross(&across), 0.0)],
+        })
+        .collect()
+}
+
+/// Four directions across `axis`, 45 degrees apart; one of them is level.
+fn around(axis: &Vector3<f64>) -> impl Iterator<Item = Vector3<f64>> {
+    let level = Vector3::z().cross(axis);
+    let first = if level.norm() > 0.1 {
+        level.normalize()
+    } else {
+        Vector3::x()
+    };
+    let second = axis.cross(&first);
+    let h = FRAC_1_SQRT_2;
+    [first, h * (first + second), second, h * (second - first)].into_iter()
+}
+
+/// Approaches across a direction in which fingers close; none from below.
+fn approaches(closing: &Vector3<f64>) -> Vec<(Approach, Vector3<f64>)> {
+    let down = -Vector3::z();
+    let mut all = Vec::new();
+    if closing.z.abs() > VERTICAL {
+        // One finger above and one below.
+        let h = FRAC_1_SQRT_2;
+        for (x, y) in [(1.0, 0.0), (h, h), (0.0, 1.0), (-h, h)] {
+            let level = Vector3::new(x, y, 0.0);
+            let across = (level - closing * closing.dot(&level)).normalize();
+            all.extend([(Approach::Side, across), (Approach::Side, -across)]);
+        }
+        return all;
+    }
+    let steep = (down - closing * closing.dot(&down)).normalize();
+    let side = closing.cross(&steep);
+    let h = FRAC_1_SQRT_2;
+    for direction in [steep, h * (steep + side), h * (steep - side), side, -side] {
+        let approach = match -direction.z {
+            cosine if cosine > VERTICAL => Approach::Above,
+            cosine if cosine > 0.3 => Approach::Oblique,
+            cosine if cosine > -0.1 => Approach::Side,
+            _ => continue,
+        };
+        all.push((approach, direction));
+    }
+    all
+}
+
+/// Orientation of a TCP that points along `direction` and whose fingers close along `axis`.
+fn rotation(direction: &Vector3<f64>, axis: &Vector3<f64>) -> UnitQuaternion<f64> {
+    let axes = Matrix3::from_columns(&[axis.cross(direction), *axis, *direction]);
+    UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes))
+}

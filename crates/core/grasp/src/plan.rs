@@ -1,0 +1,68 @@
+//! The grasps of an object in their order.
+
+use nalgebra::Isometry3;
+
+use crate::candidate::{Candidate, Exclusion};
+use crate::gripper::Gripper;
+use crate::scene::Scene;
+use crate::{cup, fingers};
+
+/// All candidates for an object.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Grasps {
+    /// Those that nothing excludes first; then by cost.
+    pub candidates: Vec<Candidate>,
+}
+
+/// The grasps of the object with index `object` of `scene` by `gripper`, whose TCP is at `tool`
+/// (m, rad; `None`: anywhere). An object that is not in the cell has none.
+pub fn grasps(
+    gripper: &Gripper,
+    scene: &Scene,
+    object: usize,
+    tool: Option<&Isometry3<f64>>,
+) -> Grasps {
+    let body = scene.objects.get(object);
+    let Some((body, pose)) = body.and_then(|body| Some((body, body.pose?))) else {
+        return Grasps::default();
+    };
+    let mut candidates = match gripper {
+        Gripper::Fingers(hand) => fingers::candidates(hand, scene, (body, &pose), tool),
+        Gripper::Cup(cup) => cup::candidates(cup, scene, (body, &pose), tool),
+    };
+    // A stable sort: equal costs keep the order of the shape's axes.
+    candidates.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    candidates.sort_by_key(|candidate| candidate.excluded.is_some());
+    Grasps { candidates }
+}
+
+impl Grasps {
+    /// Excludes the candidates that `reaches` refuses.
+    pub fn ask_reach(&mut self, mut reaches: impl FnMut(&Isometry3<f64>) -> bool) {
+        let free = |candidate: &&mut Candidate| candidate.excluded.is_none();
+        for candidate in self.candidates.iter_mut().filter(free) {
+            if !reaches(&candidate.tcp) {
+                candidate.excluded = Some(Exclusion::OutOfReach);
+            }
+        }
+        self.candidates
+            .sort_by_key(|candidate| candidate.excluded.is_some());
+    }
+
+    /// The best grasp.
+    pub fn best(&self) -> Option<&Candidate> {
+        let first = self.candidates.first();
+        first.filter(|candidate| candidate.excluded.is_none())
+    }
+
+    /// Why there is none: what excludes the best candidate, of those that are narrow enough if
+    /// there are any. `None` if there is a grasp, or no candidate at all.
+    pub fn refusal(&self) -> Option<&Exclusion> {
+        if self.best().is_some() {
+            return None;
+        }
+        let all = self.candidates.iter().filter_map(|of| of.excluded.as_ref());
+        let fits = |of: &&Exclusion| !matches!(of, Exclusion::TooWide { .. });
+        all.clone().find(fits).or_else(|| all.clone().next())
+    }
+}

@@ -1,0 +1,43 @@
+//! Whether an arm brings its tool to a pose.
+
+use cell_model::ArmSpec;
+use nalgebra::Isometry3;
+use plan::Tool;
+use rmp::{JointLimits, RmpFlow, TargetId};
+
+/// A motion ends within this of its target (m, rad).
+const NEAR: (f64, f64) = (0.004, 0.05);
+
+/// The inverse kinematics of an arm of a cell.
+pub struct Reach {
+    flow: RmpFlow,
+    frame: TargetId,
+    limits: JointLimits,
+    base: Isometry3<f64>,
+    /// Starts of a search: the cell's pose of the arm, and the robot's own.
+    starts: [Vec<f64>; 2],
+}
+
+impl Reach {
+    /// Of an arm; `None` for one whose files its controller refuses.
+    pub fn of(arm: &ArmSpec) -> Option<Self> {
+        let robot = &arm.robot;
+        let mut flow = robot.motion_policies(0).ok()?;
+        Some(Self {
+            frame: flow.add_target_frame(robot.tcp_frame_name()).ok()?,
+            flow,
+            limits: robot.limits(),
+            base: arm.base,
+            starts: [arm.home.clone(), robot.default_joint_positions.clone()],
+        })
+    }
+
+    /// Whether joint positions within the limits bring the TCP to `tcp` (world frame). Obstacles
+    /// are not considered. An answer takes up to some 60 ms where it is no.
+    pub fn reaches(&mut self, tcp: &Isometry3<f64>) -> bool {
+        let goal = self.base.inverse() * tcp;
+        let starts = self.starts.each_ref().map(Vec::as_slice);
+        let found = Tool::new(&mut self.flow, self.frame, &self.limits).search(&starts, &goal);
+        found.is_some_and(|found| found.off_m < NEAR.0 && found.off_rad < NEAR.1)
+    }
+}

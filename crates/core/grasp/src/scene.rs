@@ -1,0 +1,78 @@
+//! The bodies of a cell.
+
+use cell_model::{ArmSpec, Cell, Shape};
+use nalgebra::Isometry3;
+
+use crate::solid::Solid;
+
+/// A body of the cell at a pose.
+#[derive(Clone)]
+pub struct Body {
+    /// Its name in the cell file.
+    pub name: String,
+    /// Its shape.
+    pub shape: Shape,
+    /// Its pose; `None` while it is not in the cell.
+    pub pose: Option<Isometry3<f64>>,
+    /// The shape as convex parts.
+    pub(crate) solid: Solid,
+}
+
+impl Body {
+    /// A body with this shape.
+    pub fn new(name: &str, shape: &Shape, pose: Option<Isometry3<f64>>) -> Self {
+        Self {
+            name: name.to_owned(),
+            shape: shape.clone(),
+            pose,
+            solid: Solid::of(shape),
+        }
+    }
+
+    /// Whether a gripper's `solid` at `at` is nearer to it than `margin` (m).
+    pub(crate) fn is_near(&self, solid: &Solid, at: &Isometry3<f64>, margin: f64) -> bool {
+        self.pose
+            .is_some_and(|pose| solid.is_near(at, &self.solid, &pose, margin))
+    }
+}
+
+/// What is around a grasp.
+#[derive(Clone, Default)]
+pub struct Scene {
+    /// Fixtures that exist in physics.
+    pub fixtures: Vec<Body>,
+    /// The objects, by their place in the cell file.
+    pub objects: Vec<Body>,
+    /// Links of other arms.
+    pub arms: Vec<Body>,
+}
+
+impl Scene {
+    /// The scene of `cell` at the start of a run. Parked objects are not in it.
+    pub fn of(cell: &Cell) -> Self {
+        let fixtures = cell.fixtures.iter().filter(|fixture| fixture.solid);
+        let fixtures = fixtures.map(|of| Body::new(&of.name, &of.shape, Some(of.pose)));
+        let object = |of: &cell_model::ObjectSpec| {
+            Body::new(&of.name, &of.shape, (!of.parked).then_some(of.pose))
+        };
+        Self {
+            fixtures: fixtures.collect(),
+            objects: cell.objects.iter().map(object).collect(),
+            arms: Vec::new(),
+        }
+    }
+
+    /// Adds the links of an arm of the cell as an obstacle, at these joint positions.
+    pub fn add_arm(&mut self, arm: &ArmSpec, joint_positions: &[f64]) {
+        let robot = &arm.robot;
+        let poses = robot.link_poses(&robot.with_arm_positions(joint_positions));
+        for (link, pose) in robot.links.iter().zip(poses) {
+            let parts = link.shapes.iter();
+            self.arms.extend(
+                parts.map(|part| {
+                    Body::new(&arm.name, &part.shape, Some(arm.base * pose * part.pose))
+                }),
+            );
+        }
+    }
+}

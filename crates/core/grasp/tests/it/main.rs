@@ -1,0 +1,4 @@
+//! Grasps, by the robots of the checkout.
+
+#[cfg(test)]
+mod grasps;
