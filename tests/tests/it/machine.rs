@@ -167,6 +167,8 @@ fn full_shared_memory_is_named_by_every_command_that_joins_a_cell() {
     }
     let said = finish(command);
     assert_eq!(said.stdout.matches("code 3").count(), 3, "{said:?}");
-    let named = "/dev/shm has 0 KiB free, a command needs";
-    assert_eq!(said.stderr.matches(named).count(), 3, "{said:?}");
+    // A page may become free meanwhile.
+    let (named, needed) = ("/dev/shm has ", " KiB free, a command needs");
+    let all = [named, needed].map(|words| said.stderr.matches(words).count());
+    assert_eq!(all, [3, 3], "{said:?}");
 }
