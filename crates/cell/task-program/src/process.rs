@@ -25,7 +25,9 @@ use cell_worker::{
 };
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::world::FLAG_LOCKSTEP;
-use ipc_types::{ArmStatus, DECISION_TICKS, Decision, MAX_ARMS, TraceLine, Wire, WorldState};
+use ipc_types::{
+    ArmStatus, DECISION_TICKS, Decision, Header, MAX_ARMS, TraceLine, Wire, WorldState,
+};
 
 use robocell_task::output::ROOM_FOR_LINES;
 use robocell_task::starts::{Begun, Decider};
@@ -138,9 +140,12 @@ impl<C: Clock> Turn for TaskProcess<C> {
     /// Reads the newest state and decides if a decision is due. All of it is one turn, unless
     /// lockstep has to wait for a status.
     fn turn(&mut self, woken: Woken) -> Wait {
-        if matches!(self.awaits, Await::State) && self.state.take().is_some() && self.is_due() {
-            self.forget_statuses();
-            self.awaits = Await::Statuses(0, self.clock.now_ns());
+        if self.takes_state() {
+            self.awaits = Await::State;
+            if self.is_due() {
+                self.forget_statuses();
+                self.awaits = Await::Statuses(0, self.clock.now_ns());
+            }
         }
         if let Await::Statuses(arm, began_ns) = self.awaits {
             let given_up = woken.now_ns > began_ns + DELIVERY_NS;
@@ -245,6 +250,17 @@ impl<C: Clock> TaskProcess<C> {
             }
             _ => !lockstep || tick.is_multiple_of(DECISION_TICKS),
         }
+    }
+
+    /// Takes the newest state; true if it is another one than that of a decision in progress. That
+    /// of a new physics ends the wait for statuses of the old one, which will not come.
+    fn takes_state(&mut self) -> bool {
+        let waits = matches!(self.awaits, Await::Statuses(..));
+        let id = |header: &Header| (header.generation, header.tick);
+        let before = self.state.current().map(|state| id(&state.header));
+        self.state
+            .take()
+            .is_some_and(|state| !waits || before != Some(id(&state.header)))
     }
 
     /// Resumes from the checkpoint of the process before, if there is one.

@@ -6,12 +6,18 @@ use ipc_types::decision::GripperGoal;
 use ipc_types::{MAX_ARMS, WorldState};
 
 use super::{Check, Moment, Seen, Verdict, fail_if};
+use crate::plan::Plan;
 
 /// A grip counts after this (ticks), and its loss as well: fingers slide over an edge.
 const SURE_TICKS: u64 = 100;
 
-pub(super) fn all() -> Vec<Box<dyn Check>> {
-    vec![Box::new(Kept::default()), Box::new(Placed)]
+pub(super) fn all(plan: &Plan) -> Vec<Box<dyn Check>> {
+    let mut all: Vec<Box<dyn Check>> = vec![Box::new(Placed)];
+    // A drawn object may be too heavy or too smooth for a hand.
+    if plan.scene.is_none() {
+        all.push(Box::new(Kept::default()));
+    }
+    all
 }
 
 /// An object that is held is held until the task asks for its release: no restart opens a

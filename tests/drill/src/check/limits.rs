@@ -82,7 +82,8 @@ fn step(
         new.setpoint_accelerations[joint],
     );
     let moved = (q - old.setpoint_positions[joint]).abs();
-    fail_if(moved > spec.velocity * TICK_S * MARGIN, || {
+    let fastest = spec.velocity * MARGIN + RETURNS;
+    fail_if(moved > fastest * TICK_S, || {
         format!("its setpoint moved by {moved} in a tick")
     })?;
     let faster = (v - old.setpoint_velocities[joint]).abs();

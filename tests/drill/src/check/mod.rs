@@ -118,7 +118,7 @@ impl Checks {
     /// Of a run of `plan` in `model`.
     pub fn of(plan: &Plan, model: &Model) -> Self {
         let mut all = hold::all(plan);
-        all.extend(grip::all());
+        all.extend(grip::all(plan));
         all.extend(people::all(plan));
         all.extend(limits::all(model));
         all.extend(writers::all(plan));

@@ -126,6 +126,7 @@ struct Deaths {
     untold: BTreeMap<Process, (u32, u64)>,
     /// Those that the launcher ended itself.
     asked: Vec<Process>,
+    gave_up: bool,
 }
 
 impl Check for Deaths {
@@ -153,8 +154,9 @@ impl Check for Deaths {
                     *count = count.saturating_sub(1);
                 }
             }
-            Seen::GaveUp(_) => self.untold.clear(),
-            Seen::Looked => {
+            Seen::GaveUp(_) => self.gave_up = true,
+            // Then everything ends, and nobody is told of each.
+            Seen::Looked if !self.gave_up => {
                 // The launcher looks every 5 ms, unless it is not scheduled.
                 let late = |(_, (count, at_ns)): &(&Process, &(u32, u64))| {
                     *count > 0 && moment.now_ns > at_ns + TOLD_MS * MS

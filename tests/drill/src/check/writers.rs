@@ -3,10 +3,11 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use ipc_types::Header;
-use ipc_types::topic::TopicId;
+use ipc_types::topic::{Process, TopicId};
 
 use super::history::undo;
 use super::{Check, Moment, Seen, Verdict, fail_if};
+use crate::model::News;
 use crate::plan::Plan;
 
 /// Ticks between two decisions.
@@ -23,7 +24,7 @@ pub(super) fn all(plan: &Plan) -> Vec<Box<dyn Check>> {
         Box::new(Answers::default()),
     ];
     if plan.lockstep {
-        all.push(Box::new(Causes));
+        all.push(Box::new(Causes::default()));
     }
     all
 }
@@ -223,8 +224,15 @@ impl Check for Answers {
     }
 }
 
-/// In lockstep each input is the one that its tick asks for.
-struct Causes;
+/// In lockstep each input is the one that its tick asks for. What a killed controller has not
+/// sent is waited for, and then done without.
+#[derive(Default)]
+struct Causes {
+    died_ns: Option<u64>,
+}
+
+/// Longest time after the death of a controller for which its messages are missed (ns).
+const MISSED_NS: u64 = 5_000_000_000;
 
 impl Check for Causes {
     fn number(&self) -> u32 {
@@ -232,7 +240,12 @@ impl Check for Causes {
     }
 
     fn see(&mut self, moment: &Moment<'_>) -> Verdict {
-        let Some((topic, header)) = header(moment) else {
+        if let Seen::News(News::Gone(Process::Controller(_), ..)) = moment.seen {
+            self.died_ns = Some(moment.now_ns);
+        }
+        let is_missed = |died_ns: u64| moment.now_ns < died_ns + MISSED_NS;
+        let Some((topic, header)) = header(moment).filter(|_| !self.died_ns.is_some_and(is_missed))
+        else {
             return Ok(());
         };
         let tick = header.tick;
