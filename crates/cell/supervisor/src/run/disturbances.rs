@@ -7,6 +7,8 @@ use std::process::{Child, Command, Stdio};
 
 use cell_model::cells::script::ScriptAction;
 
+use super::faults::nanos;
+
 /// Busy loops beside the cell: more than a small machine has cores.
 const BUSY_LOOPS: usize = 8;
 /// A file system with more room than this is not filled: its memory is the machine's.
@@ -127,15 +129,6 @@ fn corrupt(path: &Path) -> io::Result<()> {
         file.write_all(&[!byte[0]])?;
     }
     Ok(())
-}
-
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "a script allows 0.001 to 3600 s"
-)]
-fn nanos(seconds: f64) -> u64 {
-    (seconds * 1.0e9) as u64
 }
 
 #[cfg(test)]

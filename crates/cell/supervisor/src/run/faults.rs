@@ -153,12 +153,13 @@ pub(crate) fn named(processes: &[Process], word: &str) -> Vec<Process> {
     processes.iter().filter(means).copied().collect()
 }
 
+/// Nanoseconds of a time of a script (s).
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
     reason = "a script allows 0.001 to 3600 s"
 )]
-fn nanos(seconds: f64) -> u64 {
+pub(super) fn nanos(seconds: f64) -> u64 {
     (seconds * 1.0e9) as u64
 }
 
