@@ -243,7 +243,7 @@ impl<C: Clock, S: Store> PhysicsProcess<C, S> {
         };
         self.grid = Grid::new(period_ns, self.clock.now_ns(), fifo);
         self.overruns_before = self.overruns;
-        // At once: all others wait for the state that was resumed. What is announced is saved.
+        // Other processes wait for the resumed state. An announced state has to be saved.
         self.publish();
         self.keep();
     }

@@ -31,7 +31,7 @@ impl Approach {
 pub enum Depth {
     /// At the centre of the object.
     Centre,
-    /// As far as what is below the object lets the tool.
+    /// As low as the support of the object allows.
     Low,
     /// At the near end of the object.
     Upper,

@@ -9,7 +9,7 @@ use crate::scene::{Body, Scene};
 
 /// How far the rim stays from the edge of a face (m): rays on the edge miss it.
 const RIM_CLEARANCE_M: f64 = 0.001;
-/// Clearance of the tool to what is around it, and to other arms (m).
+/// Clearance of the tool to fixtures and objects, and to other arms (m).
 const CLEARANCE_M: f64 = 0.002;
 const ARM_CLEARANCE_M: f64 = 0.01;
 /// Distances before the grasp at which the tool is checked (m).

@@ -33,7 +33,7 @@ impl Reach {
     }
 
     /// Whether joint positions within the limits bring the TCP to `tcp` (world frame). Obstacles
-    /// are not considered. An answer takes up to some 60 ms where it is no.
+    /// are not considered. A refusal takes up to 60 ms.
     pub fn reaches(&mut self, tcp: &Isometry3<f64>) -> bool {
         let goal = self.base.inverse() * tcp;
         let starts = self.starts.each_ref().map(Vec::as_slice);

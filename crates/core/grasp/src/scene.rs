@@ -36,7 +36,7 @@ impl Body {
     }
 }
 
-/// What is around a grasp.
+/// The surroundings of a grasp.
 #[derive(Clone, Default)]
 pub struct Scene {
     /// Fixtures that exist in physics.

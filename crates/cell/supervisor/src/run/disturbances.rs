@@ -16,7 +16,7 @@ const MOST_FILLED: u64 = 512 << 20;
 /// Bytes that are overwritten in a file.
 const FLIPPED: u64 = 64;
 
-/// Disturbances that last; what is left of them ends with the value.
+/// Disturbances that last. They end when the value is dropped.
 #[derive(Debug, Default)]
 pub struct Disturbances {
     /// Until when (ns).
@@ -59,7 +59,7 @@ impl Disturbances {
         }
     }
 
-    /// Ends what is over at `now_ns`.
+    /// Ends the disturbances whose time has passed at `now_ns`.
     pub fn turn(&mut self, now_ns: u64) {
         for (_, mut child) in self
             .busy
@@ -111,7 +111,7 @@ fn fill(path: &Path) -> Result<(), String> {
     }
     let mut file = File::create(path).map_err(say)?;
     let zeros = vec![0; 1 << 16];
-    // Until nothing is left; the error is what is wanted.
+    // Until the write fails for lack of room, which is the purpose.
     while file.write_all(&zeros).is_ok() {}
     Ok(())
 }

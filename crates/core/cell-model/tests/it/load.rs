@@ -290,8 +290,8 @@ fn an_object_lies_as_its_orientation_says_and_a_wrong_one_is_refused() {
         let data = Data::dir(&dir).with_robots_of(&Data::checkout());
         Cell::load(&data, "reach", 3, None)
     };
-    let lies = cell("orientation_wxyz = [0.7071, 0.7071, 0.0, 0.0]").unwrap();
-    let axis = lies.objects[0].pose.rotation * nalgebra::Vector3::z();
+    let lying = cell("orientation_wxyz = [0.7071, 0.7071, 0.0, 0.0]").unwrap();
+    let axis = lying.objects[0].pose.rotation * nalgebra::Vector3::z();
     assert!(
         axis.z.abs() < 1.0e-9 && (axis.norm() - 1.0).abs() < 1.0e-12,
         "{axis}"
