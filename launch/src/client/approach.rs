@@ -6,11 +6,11 @@ use ipc_types::{Pose, WorldState};
 /// Longest wait (simulated s).
 pub(super) const MOST_S: u64 = 20;
 /// The arm is at rest when every joint is slower than this (rad/s or m/s) ...
-const REST: f64 = 2.0e-3;
+pub(super) const REST: f64 = 2.0e-3;
 /// ... for this long (ticks); away from the target longer, as its controller may look for
 /// another way.
-const REST_TICKS: u64 = 300;
-const AWAY_TICKS: u64 = 1_200;
+pub(super) const REST_TICKS: u64 = 300;
+pub(super) const AWAY_TICKS: u64 = 1_200;
 /// Nearer than this is there (m, rad).
 const THERE: (f64, f64) = (2.0e-3, 0.02);
 

@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use cell_bus::Bus;
+use cell_rt::clock::monotonic_ns;
 use ipc_types::arm::NotReached;
 use ipc_types::operator::OperatorAction;
 use ipc_types::topic::TopicId;
@@ -12,7 +13,7 @@ use supervisor::failure::Failure;
 use super::Session;
 use super::approach::{Approach, Arrival, MOST_S};
 use super::follow::Follower;
-use super::operate::{ask_physics, request, tell};
+use super::operate::{PATIENCE, ask_physics, request, tell};
 use crate::cli::{GripperArgs, GripperVerb, TargetArgs};
 use crate::say;
 
@@ -32,7 +33,7 @@ pub(crate) fn gripper(args: &GripperArgs) -> Result<(), Failure> {
     wish.count = goal.code();
     let session = Session::of(&args.of.cell.cell)?;
     let bus = session.join()?;
-    must_lead(&session, &Follower::new(&session, &bus)?.now()?)?;
+    state_of_led_cell(&session, &mut Follower::new(&session, &bus)?)?;
     tell(&session, &wish, done)
 }
 
@@ -54,8 +55,7 @@ pub(crate) fn target(args: &TargetArgs) -> Result<(), Failure> {
     let session = Session::of(&led.cell.cell)?;
     let bus = session.join()?;
     let mut world = Follower::new(&session, &bus)?;
-    let state = world.now()?;
-    must_lead(&session, &state)?;
+    let state = state_of_led_cell(&session, &mut world)?;
     let orientation_wxyz = match angles {
         None => present_orientation(&state, led.arm)?,
         Some([roll, pitch, yaw]) => quaternion(roll, pitch, yaw),
@@ -82,7 +82,7 @@ pub(crate) fn target(args: &TargetArgs) -> Result<(), Failure> {
 
 /// Why the controller of an arm says that it does not reach its target; empty where it says
 /// nothing.
-fn not_reached(bus: &Bus, arm: u32) -> &'static str {
+pub(super) fn not_reached(bus: &Bus, arm: u32) -> &'static str {
     let arm = u8::try_from(arm).ok().map(TopicId::ArmStatus);
     let mut latest = arm.and_then(|topic| bus.latest::<ArmStatus>(topic).ok());
     let until = Instant::now() + STATUS_PATIENCE;
@@ -98,6 +98,14 @@ fn not_reached(bus: &Bus, arm: u32) -> &'static str {
         std::thread::sleep(Duration::from_millis(2));
     }
     ""
+}
+
+/// ` (why)`, or nothing where there is no reason.
+pub(super) fn in_parentheses(why: &str) -> String {
+    if why.is_empty() {
+        return String::new();
+    }
+    format!(" ({why})")
 }
 
 /// Says how the arm stopped.
@@ -117,17 +125,11 @@ fn report(end: Arrival, time_s: f64, why: &str) -> Result<(), Failure> {
             ));
             Ok(())
         }
-        Arrival::AtRest(error) => {
-            let why = if why.is_empty() {
-                String::new()
-            } else {
-                format!(" ({why})")
-            };
-            Err(Failure::configuration(format!(
-                "not reachable{why}: the arm stopped {} away from the target at {time_s:.3} s",
-                away(error)
-            )))
-        }
+        Arrival::AtRest(error) => Err(Failure::configuration(format!(
+            "not reachable{}: the arm stopped {} away from the target at {time_s:.3} s",
+            in_parentheses(why),
+            away(error)
+        ))),
         Arrival::Moving(error) => {
             say::line(format_args!(
                 "the arm still moves after {MOST_S} s, {} away from the target",
@@ -163,14 +165,27 @@ fn radians(angles: [f64; 3], in_degrees: bool) -> Result<[f64; 3], Failure> {
     }
 }
 
-/// The task leads the arm: it would not hear a hand.
-pub(super) fn must_lead(session: &Session, state: &WorldState) -> Result<(), Failure> {
-    if state.panel.task_paused == 0 && session.spec.policy != FOLLOWS {
-        return Err(Failure::configuration(
-            "refused: the task leads the arm; `robocell task pause` gives it to you",
-        ));
+/// The state of a cell whose arms the operator leads; refused while the task leads them, because
+/// its next decision would overwrite a target.
+pub(super) fn state_of_led_cell(
+    session: &Session,
+    world: &mut Follower,
+) -> Result<WorldState, Failure> {
+    // Physics answers `task pause` before it publishes the state that shows it: a state from
+    // before this command is not enough to refuse it.
+    let asked_ns = monotonic_ns();
+    let until = Instant::now() + PATIENCE;
+    loop {
+        let state = world.now()?;
+        if state.panel.task_paused != 0 || session.spec.policy == FOLLOWS {
+            return Ok(state);
+        }
+        if state.header.publish_ns > asked_ns || Instant::now() > until {
+            return Err(Failure::configuration(
+                "refused: the task leads the arm; `robocell task pause` gives it to you",
+            ));
+        }
     }
-    Ok(())
 }
 
 /// The orientation the operator gave last, or the one the tool has.

@@ -6,8 +6,9 @@ use ipc_types::{ArmState, MAX_JOINTS, WorldState};
 use supervisor::failure::Failure;
 
 use super::Session;
+use super::approach::{AWAY_TICKS, REST, REST_TICKS};
 use super::follow::Follower;
-use super::hand::must_lead;
+use super::hand::{in_parentheses, not_reached, state_of_led_cell};
 use super::operate::{ask_physics, request};
 use crate::cli::JointsArgs;
 use crate::say;
@@ -15,10 +16,6 @@ use crate::say;
 /// Closer to the target than this is at it (rad or m): with a cube in the gripper the
 /// drives of a Franka rest 6 mrad away.
 const NEAR: f64 = 1.0e-2;
-/// Slower than this is at rest (rad/s or m/s).
-const REST: f64 = 2.0e-3;
-/// An arm at rest for this long does not move on (ticks).
-const SETTLED_TICKS: u64 = 300;
 
 /// `robocell joints A1 A2 ...`: returns when the arm is at rest.
 pub(crate) fn joints(args: &JointsArgs) -> Result<(), Failure> {
@@ -26,8 +23,7 @@ pub(crate) fn joints(args: &JointsArgs) -> Result<(), Failure> {
     let session = Session::of(&led.cell.cell)?;
     let bus = session.join()?;
     let mut world = Follower::new(&session, &bus)?;
-    let state = world.now()?;
-    must_lead(&session, &state)?;
+    let state = state_of_led_cell(&session, &mut world)?;
     let arm = state.arms().get(led.arm as usize);
     let count = arm.map_or(0, |arm| arm.joint_count as usize);
     if arm.is_none() || args.values.len() != count {
@@ -55,11 +51,22 @@ pub(crate) fn joints(args: &JointsArgs) -> Result<(), Failure> {
         if !rests(arm) {
             rest_since = state.header.tick;
         }
-        let settled = state.header.tick > rest_since + SETTLED_TICKS;
+        let (error, _) = largest_error(&arm.joint_positions, &target, &units);
+        let patience = if error < NEAR { REST_TICKS } else { AWAY_TICKS };
+        let settled = state.header.tick > rest_since + patience;
         let is_paused = state.flags & FLAG_PAUSED != 0;
         (settled || is_paused).then_some((*state, is_paused))
     })?;
-    report(&state, led.arm, &target, &units, is_paused)
+    if is_paused {
+        let time_s = state.header.sim_time_ns as f64 * 1.0e-9;
+        say::line(format_args!(
+            "joint target set at {time_s:.3} s; the arm moves when simulated time is resumed"
+        ));
+        return Ok(());
+    }
+    report(&state, led.arm, &target, &units, || {
+        not_reached(&bus, led.arm)
+    })
 }
 
 /// The positions of the command line in rad and m.
@@ -81,15 +88,9 @@ fn report(
     arm: u32,
     target: &[f64; MAX_JOINTS],
     units: &[&'static str],
-    is_paused: bool,
+    why: impl FnOnce() -> &'static str,
 ) -> Result<(), Failure> {
     let time_s = state.header.sim_time_ns as f64 * 1.0e-9;
-    if is_paused {
-        say::line(format_args!(
-            "joint target set at {time_s:.3} s; the arm moves when simulated time is resumed"
-        ));
-        return Ok(());
-    }
     let measured = state.arms().get(arm as usize).map(|a| a.joint_positions);
     let measured = measured.unwrap_or(*target);
     let (error, unit) = largest_error(&measured, target, units);
@@ -100,8 +101,9 @@ fn report(
         return Ok(());
     }
     Err(Failure::configuration(format!(
-        "not reachable: the arm stopped {error:.4} {unit} away from the joint target at \
-         {time_s:.3} s"
+        "not reachable{}: the arm stopped {error:.4} {unit} away from the joint target at \
+         {time_s:.3} s",
+        in_parentheses(why())
     )))
 }
 
