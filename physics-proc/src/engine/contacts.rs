@@ -9,6 +9,9 @@ use crate::engine::tag::Tag;
 /// An object is held when both fingers press it with more than this (N).
 // Small, so that a weak grip counts; zero would count an object that merely touches both pads.
 const HELD_N: f64 = 0.05;
+/// Contacts whose normal is farther from the closing direction do not press (cosine of 60
+/// degrees): fingers that stand on an object hold nothing.
+const PRESSES: f64 = 0.5;
 
 /// Contacts of one tick.
 #[derive(Clone, Debug, Default)]
@@ -45,8 +48,9 @@ impl Contacts {
         self.touched.fill(false);
         for (index, arm) in arms.iter().enumerate() {
             self.pressed[index].fill([0.0; 2]);
+            let axis = closing_axis(world, arm);
             for (link, body) in arm.bodies().iter().enumerate() {
-                let side = finger_of(arm, link);
+                let side = finger_of(arm, link).zip(axis);
                 for collider in world
                     .bodies
                     .get(*body)
@@ -71,7 +75,7 @@ impl Contacts {
         world: &PhysicsWorld,
         collider: ColliderHandle,
         arm: usize,
-        side: Option<usize>,
+        side: Option<(usize, Vector)>,
     ) {
         for pair in world
             .narrow_phase
@@ -92,14 +96,38 @@ impl Contacts {
             if let Some(touched) = self.touched.get_mut(object) {
                 *touched = true;
             }
-            if let Some(force) =
-                side.and_then(|side| self.pressed[arm].get_mut(object)?.get_mut(side))
+            if let Some((side, axis)) = side
+                && let Some(force) = self.pressed[arm]
+                    .get_mut(object)
+                    .and_then(|both| both.get_mut(side))
             {
                 // Several colliders of a finger may press one object: their forces add up.
-                *force += pair.total_impulse_magnitude() / TICK_S;
+                *force += pressing_impulse(pair, axis) / TICK_S;
             }
         }
     }
+}
+
+/// Impulse of the contacts along `axis` (N s).
+fn pressing_impulse(pair: &ContactPair, axis: Vector) -> f64 {
+    let manifolds = pair.manifolds().iter();
+    let pressing = manifolds.filter(|of| of.data.normal.dot(axis).abs() > PRESSES);
+    pressing
+        .flat_map(|of| &of.points)
+        .map(|point| point.data.impulse)
+        .sum()
+}
+
+/// The direction in which the fingers close; `None` where they meet, and without fingers.
+fn closing_axis(world: &PhysicsWorld, arm: &Arm) -> Option<Vector> {
+    let [first, second] = arm.robot().gripper.as_ref()?.finger_joints;
+    let at = |joint: usize| {
+        let body = world.bodies.get(*arm.bodies().get(joint + 1)?)?;
+        Some(body.translation())
+    };
+    let off = at(second)? - at(first)?;
+    let length = off.length();
+    (length > 1.0e-6).then(|| off / length)
 }
 
 /// Which finger a link is.

@@ -19,6 +19,8 @@ const LEAST_COSINE: f64 = 0.965_925_826_289_068_3;
 const OBLIQUE_TANGENT: f64 = 0.267_949_192_431_122_7;
 /// Largest distance of a hit of the rim from the plane of the surface at the centre (m).
 const PLANE_M: f64 = 1.0e-3;
+/// Share of the cup's radius at which its lip seals: a face as large as the cup is large enough.
+const LIP_SHARE: f64 = 0.9;
 /// Directions of the rim's rays in the plane of the cup.
 const RIM: [[f64; 2]; 4] = [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]];
 
@@ -51,7 +53,7 @@ pub(crate) fn find(
     // The rim has to meet the same object in one plane: a cup on an edge or a step does not
     // seal.
     let seals = RIM.iter().all(|[a, b]| {
-        let start = centre + (side * *a + up * *b) * suction.cup_radius;
+        let start = centre + (side * *a + up * *b) * (LIP_SHARE * suction.cup_radius);
         nearest(engine, arm, &start, &axis, reach).is_some_and(|(rim_tag, rim)| {
             let point = start + axis * (rim.time_of_impact - INSIDE_M);
             rim_tag == tag && (point - surface).dot(&normal).abs() <= PLANE_M

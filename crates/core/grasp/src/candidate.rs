@@ -87,7 +87,7 @@ pub enum Exclusion {
     CupLargerThanFace {
         /// Radius of the largest circle on the face (m).
         face_m: f64,
-        /// Radius of the cup with the clearance that it needs (m).
+        /// Radius of the cup (m).
         cup_m: f64,
     },
     /// The hand would touch the object itself.
@@ -133,7 +133,7 @@ impl fmt::Display for Exclusion {
             }
             Self::CupLargerThanFace { face_m, cup_m } => write!(
                 f,
-                "a circle of {:.1} mm fits on the face, and the cup needs {:.1} mm",
+                "a circle of {:.1} mm fits on the face, and the cup has {:.1} mm",
                 mm(face_m),
                 mm(cup_m)
             ),

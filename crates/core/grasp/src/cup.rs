@@ -7,8 +7,8 @@ use crate::candidate::{Approach, Candidate, Depth, Exclusion};
 use crate::gripper::Cup;
 use crate::scene::{Body, Scene};
 
-/// How far the rim stays from the edge of a face (m): rays on the edge miss it.
-const RIM_CLEARANCE_M: f64 = 0.001;
+/// A face smaller than the cup by no more than this is large enough (m).
+const ROUNDING_M: f64 = 1.0e-6;
 /// Clearance of the tool to fixtures and objects, and to other arms (m).
 const CLEARANCE_M: f64 = 0.002;
 const ARM_CLEARANCE_M: f64 = 0.01;
@@ -44,14 +44,14 @@ pub(crate) fn candidates(
         let centre = pose * nalgebra::Point3::from(face.centre);
         let present = tool.map_or_else(UnitQuaternion::identity, |tool| tool.rotation);
         let tcp = Isometry3::from_parts(
-            Translation3::from(centre.coords),
+            Translation3::from(centre.coords + normal * cup.gap_m),
             turned(present, &(present * cup.axis), &-normal),
         );
         // The more level the face, the better.
         let cost = 2.0 * (1.0 - normal.z);
-        let cup_m = cup.radius_m + RIM_CLEARANCE_M;
+        let cup_m = cup.radius_m;
         let face_m = face.radius_m;
-        let excluded = (face_m < cup_m)
+        let excluded = (face_m < cup_m - ROUNDING_M)
             .then_some(Exclusion::CupLargerThanFace { face_m, cup_m })
             .or_else(|| blocked(cup, scene, object, &tcp));
         all.push(Candidate {
@@ -129,18 +129,19 @@ fn faces(shape: &Shape) -> Vec<Face> {
     }
 }
 
-fn blocked(cup: &Cup, scene: &Scene, object: &Body, tcp: &Isometry3<f64>) -> Option<Exclusion> {
+/// What the tool would touch on its way to `tcp`.
+pub(crate) fn blocked(
+    cup: &Cup,
+    scene: &Scene,
+    object: &Body,
+    tcp: &Isometry3<f64>,
+) -> Option<Exclusion> {
     let back = tcp.rotation * -cup.axis;
     WAY_M.iter().find_map(|off| {
         let at = Translation3::from(back * *off) * tcp;
-        let find = |bodies: &[Body], margin: f64| {
-            let others = bodies.iter().filter(|body| !std::ptr::eq(*body, object));
-            let mut near = others.filter(|body| body.is_near(&cup.body, &at, margin));
-            near.next().map(|body| body.name.clone())
-        };
-        find(&scene.fixtures, CLEARANCE_M)
-            .map(Exclusion::Fixture)
-            .or_else(|| find(&scene.objects, CLEARANCE_M).map(Exclusion::Object))
-            .or_else(|| find(&scene.arms, ARM_CLEARANCE_M).map(Exclusion::Arm))
+        let margins = (CLEARANCE_M, CLEARANCE_M, ARM_CLEARANCE_M);
+        scene.touched(object, margins, |body, margin| {
+            body.is_near(&cup.body, &at, margin)
+        })
     })
 }

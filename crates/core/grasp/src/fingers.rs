@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use cell_model::Shape;
-use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 use crate::candidate::{Approach, Candidate, Depth, Exclusion};
 use crate::gripper::Hand;
@@ -11,8 +11,8 @@ use crate::scene::{Body, Scene};
 
 /// Clearance of each finger to the object, to fixtures and to other objects before it closes (m).
 const FINGER_CLEARANCE_M: f64 = 0.001;
-/// Clearance of the hand to other arms (m): they move.
-const ARM_CLEARANCE_M: f64 = 0.01;
+/// Clearance of the hand to fixtures, objects and other arms, which move (m).
+const MARGINS_M: (f64, f64, f64) = (0.5 * FINGER_CLEARANCE_M, FINGER_CLEARANCE_M, 0.01);
 /// Shortest length of the pads that has to touch the object (m).
 const OVERLAP_M: f64 = 0.002;
 /// Distances before the grasp at which the open hand is checked (m): a finger is 15 mm thick.
@@ -53,16 +53,16 @@ pub(crate) fn candidates(
     tool: Option<&Isometry3<f64>>,
 ) -> Vec<Candidate> {
     let mut all = Vec::new();
+    let centred = Isometry3::from_parts(Translation3::identity(), pose.rotation);
     for closing in closings(&object.shape, pose) {
-        let (low, high) = object.solid.extent(pose, &closing.axis);
+        // About the centre, so that a symmetric shape is gripped at its centre to the last bit.
+        let (low, high) = object.solid.extent(&centred, &closing.axis);
         for (approach, direction) in approaches(&closing.axis) {
             let extent = object.solid.extent(pose, &direction);
             for axis in [closing.axis, -closing.axis] {
                 let grasp = Grasp {
                     rotation: rotation(&direction, &axis),
-                    centre: pose.translation.vector
-                        + closing.axis
-                            * (0.5 * (low + high) - closing.axis.dot(&pose.translation.vector)),
+                    centre: pose.translation.vector + closing.axis * (0.5 * (low + high)),
                     direction,
                     extent,
                     half: closing.half(&direction),
@@ -192,13 +192,22 @@ fn blocked(
     if touches_own {
         return Some(Exclusion::Hand);
     }
+    blocked_on_way(hand, scene, object, (tcp, hand.open_width_m))
+        .or_else(|| touched(hand, scene, object, (tcp, width_m)))
+}
+
+/// What the hand would touch on its way to or from `tcp`, with this width (m).
+pub(crate) fn blocked_on_way(
+    hand: &Hand,
+    scene: &Scene,
+    object: &Body,
+    (tcp, width_m): (&Isometry3<f64>, f64),
+) -> Option<Exclusion> {
     let back = tcp.rotation * -Vector3::z();
-    let way = WAY_M.iter().map(|off| {
-        let at = nalgebra::Translation3::from(back * *off) * tcp;
-        (at, hand.open_width_m)
-    });
-    way.chain([(*tcp, width_m)])
-        .find_map(|(at, width)| touched(hand, scene, object, (&at, width)))
+    WAY_M.iter().find_map(|off| {
+        let at = Translation3::from(back * *off) * tcp;
+        touched(hand, scene, object, (&at, width_m))
+    })
 }
 
 fn touched(
@@ -207,20 +216,11 @@ fn touched(
     object: &Body,
     (tcp, width_m): (&Isometry3<f64>, f64),
 ) -> Option<Exclusion> {
-    let touches = |body: &Body, margin: f64| {
+    scene.touched(object, MARGINS_M, |body, margin| {
         let mut fingers = hand.fingers_at(tcp, width_m);
         body.is_near(&hand.palm, tcp, margin)
             || fingers.any(|(solid, at)| body.is_near(solid, &at, margin))
-    };
-    let find = |bodies: &[Body], margin: f64| {
-        let others = bodies.iter().filter(|body| !std::ptr::eq(*body, object));
-        let mut touched = others.filter(|body| touches(body, margin));
-        touched.next().map(|body| body.name.clone())
-    };
-    find(&scene.fixtures, 0.5 * FINGER_CLEARANCE_M)
-        .map(Exclusion::Fixture)
-        .or_else(|| find(&scene.objects, FINGER_CLEARANCE_M).map(Exclusion::Object))
-        .or_else(|| find(&scene.arms, ARM_CLEARANCE_M).map(Exclusion::Arm))
+    })
 }
 
 /// The directions in which a shape has two sides to press on.

@@ -5,6 +5,9 @@ use nalgebra::{Isometry3, Translation3, Vector3};
 
 use crate::solid::Solid;
 
+/// Share of the grip distance of a cup at which it stops: the arm stops within 4 mm.
+const GAP_SHARE: f64 = 0.3;
+
 /// A tool that grips.
 #[derive(Clone)]
 pub enum Gripper {
@@ -32,6 +35,9 @@ pub struct Hand {
 pub struct Cup {
     /// Radius of the rim (m).
     pub radius_m: f64,
+    /// Gap to the face at which the cup is switched on (m): a cup that presses is torn off by the
+    /// force of the arm when it attaches.
+    pub gap_m: f64,
     /// Direction out of the cup, in the TCP frame.
     pub(crate) axis: Vector3<f64>,
     /// The tool above the cup.
@@ -45,6 +51,7 @@ impl Gripper {
             (Some(_), _) => Hand::of(robot).map(Self::Fingers),
             (None, Some(suction)) => Some(Self::Cup(Cup {
                 radius_m: suction.cup_radius,
+                gap_m: GAP_SHARE * suction.grip_distance,
                 axis: suction.axis,
                 body: body_of_tool(robot, &home(robot))?,
             })),

@@ -16,6 +16,7 @@ mod gripper;
 mod plan;
 mod reach;
 mod scene;
+mod set_down;
 mod solid;
 
 pub use candidate::{Approach, Candidate, Depth, Exclusion};
@@ -23,4 +24,5 @@ pub use gripper::{Cup, Gripper, Hand};
 pub use plan::{Grasps, grasps};
 pub use reach::Reach;
 pub use scene::{Body, Scene};
+pub use set_down::{SetDown, set_down};
 pub use solid::Solid;

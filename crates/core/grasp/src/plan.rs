@@ -30,8 +30,10 @@ pub fn grasps(
         Gripper::Fingers(hand) => fingers::candidates(hand, scene, (body, &pose), tool),
         Gripper::Cup(cup) => cup::candidates(cup, scene, (body, &pose), tool),
     };
-    // A stable sort: equal costs keep the order of the shape's axes.
-    candidates.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    // A stable sort of rounded costs: equal ones keep the order of the shape's axes, whatever the
+    // last bits of an angle are on this machine.
+    let rounded = |candidate: &Candidate| (1.0e6 * candidate.cost).round();
+    candidates.sort_by(|a, b| rounded(a).total_cmp(&rounded(b)));
     candidates.sort_by_key(|candidate| candidate.excluded.is_some());
     Grasps { candidates }
 }

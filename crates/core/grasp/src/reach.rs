@@ -2,7 +2,7 @@
 
 use cell_model::ArmSpec;
 use nalgebra::Isometry3;
-use plan::Tool;
+use plan::{Found, Tool};
 use rmp::{JointLimits, RmpFlow, TargetId};
 
 /// A motion ends within this of its target (m, rad).
@@ -38,6 +38,23 @@ impl Reach {
         let goal = self.base.inverse() * tcp;
         let starts = self.starts.each_ref().map(Vec::as_slice);
         let found = Tool::new(&mut self.flow, self.frame, &self.limits).search(&starts, &goal);
-        found.is_some_and(|found| found.off_m < NEAR.0 && found.off_rad < NEAR.1)
+        found.is_some_and(|found| is_near(&found))
     }
+
+    /// As [`Reach::reaches`], searched only from these joint positions and those of the start: a
+    /// refusal takes a few milliseconds, and may be wrong.
+    pub fn reaches_from(&mut self, joint_positions: &[f64], tcp: &Isometry3<f64>) -> bool {
+        let goal = self.base.inverse() * tcp;
+        let mut tool = Tool::new(&mut self.flow, self.frame, &self.limits);
+        let starts = [joint_positions, &self.starts[0], &self.starts[1]];
+        let mut starts = starts.into_iter();
+        starts.any(|start| {
+            tool.solve(start, &goal)
+                .is_some_and(|found| is_near(&found))
+        })
+    }
+}
+
+fn is_near(found: &Found) -> bool {
+    found.off_m < NEAR.0 && found.off_rad < NEAR.1
 }

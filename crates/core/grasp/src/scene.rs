@@ -1,8 +1,9 @@
 //! The bodies of a cell.
 
 use cell_model::{ArmSpec, Cell, Shape};
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Vector3};
 
+use crate::candidate::Exclusion;
 use crate::solid::Solid;
 
 /// A body of the cell at a pose.
@@ -27,6 +28,11 @@ impl Body {
             pose,
             solid: Solid::of(shape),
         }
+    }
+
+    /// The least and the largest coordinate of the body at `pose` along a unit `axis` (m).
+    pub fn extent(&self, pose: &Isometry3<f64>, axis: &Vector3<f64>) -> (f64, f64) {
+        self.solid.extent(pose, axis)
     }
 
     /// Whether a gripper's `solid` at `at` is nearer to it than `margin` (m).
@@ -60,6 +66,25 @@ impl Scene {
             objects: cell.objects.iter().map(object).collect(),
             arms: Vec::new(),
         }
+    }
+
+    /// The first body other than `object` that `is_near` finds: fixtures, then objects, then
+    /// arms, each with its margin (m).
+    pub(crate) fn touched(
+        &self,
+        object: &Body,
+        (fixtures, objects, arms): (f64, f64, f64),
+        is_near: impl Fn(&Body, f64) -> bool,
+    ) -> Option<Exclusion> {
+        let find = |bodies: &[Body], margin: f64| {
+            let others = bodies.iter().filter(|body| !std::ptr::eq(*body, object));
+            let mut near = others.filter(|body| is_near(body, margin));
+            near.next().map(|body| body.name.clone())
+        };
+        find(&self.fixtures, fixtures)
+            .map(Exclusion::Fixture)
+            .or_else(|| find(&self.objects, objects).map(Exclusion::Object))
+            .or_else(|| find(&self.arms, arms).map(Exclusion::Arm))
     }
 
     /// Adds the links of an arm of the cell as an obstacle, at these joint positions.

@@ -1,12 +1,35 @@
 //! Failures with objects, and the end of a job after too many of them.
 
 use behavior::Status;
-use robocell_task::{PolicyTime, TraceEvent};
+use grasp::Exclusion;
+use robocell_task::{PolicyTime, Reason, TraceEvent};
 
+use crate::geometry;
+use crate::refusal::Refusal;
+use crate::setup::Tool;
+use crate::suction;
 use crate::world::World;
 
 /// Time for which an object out of reach is waited for (s); the operator may bring it back.
 const REACH_PATIENCE_S: f64 = 10.0;
+/// Time for which another arm in the way is waited for, and another object, which may still
+/// move (s).
+const ARM_PATIENCE_S: f64 = 10.0;
+const OBJECT_PATIENCE_S: f64 = 0.8;
+/// Share of the force limit of a cup beyond which a weight leaves nothing for the motion.
+const HEAVY: f64 = 0.8;
+/// Standard gravity (m/s^2).
+const G: f64 = 9.81;
+/// An object nearer to its position in the cell file was not moved (m).
+const MOVED_M: f64 = 0.01;
+
+/// Why a cup lost an object.
+pub(crate) struct BrokenGrip {
+    /// Its weight broke the grip: another attempt ends the same way.
+    pub(crate) is_too_heavy: bool,
+    /// For the log, with force and limit.
+    pub(crate) why: String,
+}
 
 impl World<'_> {
     /// Counts a drop, and logs it.
@@ -54,6 +77,88 @@ impl World<'_> {
             let name = setup.object_name(object);
             self.fail(reason, format_args!("{name} does not stay in its place"));
         }
+    }
+
+    /// Records that a skill refuses to start: its node fails, and the job does unless a policy
+    /// with another answer takes it. The first refusal of a decision counts.
+    pub fn refuse(&mut self, reason: &str, why: std::fmt::Arguments<'_>) -> Status {
+        if self.refusal.is_none() {
+            self.refusal = Some(Refusal {
+                reason: Reason::new(reason),
+                why: why.to_string(),
+            });
+        }
+        Status::Failure
+    }
+
+    /// Waits for what may leave the way to `object`, or refuses the job with its reason.
+    pub(crate) fn wait_or_refuse(&mut self, object: usize, why: &Exclusion) -> Status {
+        let patience_s = match why {
+            Exclusion::Arm(_) => ARM_PATIENCE_S,
+            Exclusion::Object(_) => OBJECT_PATIENCE_S,
+            _ => 0.0,
+        };
+        let (now, name) = (self.now(), self.setup.object_name(object));
+        let since = *self.job.unreachable_since.get_or_insert(now);
+        if now.since(since) < PolicyTime::from_seconds(patience_s) {
+            if since == now {
+                self.out.log(format_args!("[wait] {name}: {why}"));
+            }
+            return Status::Running;
+        }
+        self.job.unreachable_since = None;
+        self.refuse(why.reason(), format_args!("{name}: {why}"))
+    }
+
+    /// Whether an object is where the cell file has it: nobody moved it.
+    pub(crate) fn is_where_it_began(&self, object: usize) -> bool {
+        let scene = self.setup.grasping.scene_at_start();
+        let began = scene.and_then(|scene| scene.objects.get(object)?.pose);
+        began
+            .zip(self.position(object))
+            .is_some_and(|(began, seen)| {
+                geometry::plane_distance(began.translation.vector, seen) < MOVED_M
+            })
+    }
+
+    /// `what`, with the controller's reason where it has one.
+    pub(crate) fn why_not_reached(&self, what: &str) -> String {
+        let echo = self.observation.echo(self.arm);
+        match echo.and_then(|echo| echo.not_reached) {
+            Some(reason) => format!("{what} ({})", reason.name()),
+            None => what.to_owned(),
+        }
+    }
+
+    /// `what`, with the reason for which suction attached nothing.
+    pub(crate) fn why_not_attached(&self, what: &str) -> String {
+        let arm = self.observation.arm(self.arm);
+        match arm.filter(|_| self.tool() == Tool::Suction) {
+            Some(arm) => format!("{what}: {}", suction::refusal(&arm.gripper)),
+            None => what.to_owned(),
+        }
+    }
+
+    /// Why the cup lost `object`, if its grip broke.
+    pub(crate) fn broken_grip(&self, object: usize) -> Option<BrokenGrip> {
+        let gripper = &self.observation.arm(self.arm)?.gripper;
+        let limit_n = self.arm_setup()?.suction_limit_n?;
+        if gripper.attached != 0 || gripper.break_limit == 0 {
+            return None;
+        }
+        let weight_n = G * self.object_setup(object)?.mass_kg;
+        let cause = suction::break_cause(gripper);
+        let is_too_heavy = cause == "weight" || weight_n > HEAVY * limit_n;
+        let why = if is_too_heavy {
+            format!("too heavy: {weight_n:.0} N of {limit_n:.0} N")
+        } else {
+            format!(
+                "the grip broke at its {} limit ({cause}), {:.0} N of {limit_n:.0} N",
+                suction::break_limit(gripper),
+                gripper.peak_force
+            )
+        };
+        Some(BrokenGrip { is_too_heavy, why })
     }
 
     /// Waits for an object that is out of reach. Returns failure, and fails the job with

@@ -16,6 +16,7 @@
 
 pub mod ability;
 pub mod attempts;
+mod choice;
 pub mod condition;
 pub mod equipment;
 pub mod files;
@@ -32,6 +33,8 @@ pub mod pick;
 pub mod place;
 pub mod pose;
 pub mod progress;
+mod refusal;
+mod set_down;
 pub mod settings;
 pub mod setup;
 pub mod shared;
@@ -53,6 +56,7 @@ pub use pick::Pick;
 pub use place::Place;
 pub use pose::KeptPose;
 pub use progress::{Progress, Step};
+pub use refusal::Refusal;
 pub use settings::{FileTask, PlaceTable, Places};
 pub use setup::{ArmSetup, ObjectSetup, PlaceSetup, Setup, Tool};
 pub use shared::{Lease, Owner, Recovery, Reservations};

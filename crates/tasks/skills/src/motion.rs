@@ -7,8 +7,8 @@ use robocell_task::job::Placement;
 use robocell_task::operator::{operator_target, requested_gripper};
 use robocell_task::{ArmIntent, GoalKind, PolicyTime};
 
-use crate::condition::PLACE_TOLERANCE_M;
 use crate::geometry;
+use crate::pose::KeptPose;
 use crate::progress::{Progress, Step};
 use crate::skill::Skill;
 use crate::way::Way;
@@ -149,14 +149,16 @@ impl MoveTo {
                 above_m,
             } => {
                 // Chosen once: the next free slot may change while the object is on its way.
-                let at = match progress.anchor {
-                    Some(at) => at,
-                    None => *progress.anchor.insert(destination(object, place, world)?),
+                let tcp = if let Some(tcp) = progress.tool {
+                    tcp
+                } else {
+                    let tcp = world.destination(object, place).ok()?;
+                    *progress.tool.insert(KeptPose::from(&tcp))
                 };
-                let [x, y, z] = at.position;
+                let [x, y, z] = tcp.position;
                 Some(Pose {
                     position: [x, y, z + above_m],
-                    orientation_wxyz: world.tool().down(at.yaw),
+                    ..tcp.into()
                 })
             }
             Target::Up { by_m } => {
@@ -186,18 +188,6 @@ impl MoveTo {
             geometry::plane_distance(seen, anchor.position.into()) > self.move_tolerance_m
         })
     }
-}
-
-/// The TCP at which the object in the gripper is in the next free slot: its position (m) and
-/// turn (rad).
-pub(crate) fn destination(object: usize, place: usize, world: &World<'_>) -> Option<Placement> {
-    let slot = world.free_slot(object, place, PLACE_TOLERANCE_M)?;
-    let goal = world.setup.goal(object, place, slot)?;
-    let pose = world.place_pose(object, goal)?;
-    Some(Placement {
-        position: pose.position,
-        yaw: world.tool().yaw(pose.orientation_wxyz),
-    })
 }
 
 impl Skill for MoveTo {

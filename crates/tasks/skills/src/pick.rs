@@ -1,16 +1,18 @@
-//! Picking an object up from above.
+//! Picking an object up.
 
 use behavior::Status;
+use grasp::Exclusion;
 use ipc_types::GripperGoal;
-use nalgebra::Vector3;
+use nalgebra::{Isometry3, Translation3, Vector3};
 use robocell_task::PolicyTime;
 use robocell_task::job::Placement;
 
 use crate::ability::{self, Need};
-use crate::fingers::Ways;
+use crate::choice::{Choice, frame};
 use crate::geometry;
 use crate::grip;
 use crate::motion;
+use crate::pose::{KeptPose, wire};
 use crate::progress::Progress;
 use crate::skill::Skill;
 use crate::world::{Drive, World};
@@ -24,6 +26,8 @@ const LIFT: u8 = 4;
 /// An object that moved further in the plane while it is approached is
 /// approached again (m).
 const MOVE_TOLERANCE_M: f64 = 0.03;
+/// A grasp along another direction is another one (rad).
+const TIPPED_RAD: f64 = 0.05;
 /// A motion takes no longer (s).
 const MOTION_TIMEOUT_S: f64 = 6.0;
 
@@ -37,16 +41,18 @@ pub mod reason {
     pub const CANNOT_BE_GRIPPED: &str = "object_cannot_be_gripped";
 }
 
-/// Picks an object up: above it, down, close, lift. A tool that is at another
-/// object opens and rises first. It succeeds at once with an object that is in the
+/// Picks an object up: before it, to it, close, lift. The grasp is the best of all
+/// candidates that nothing excludes; after a failure the next one is taken. A tool that is at
+/// another object opens and rises first. It succeeds at once with an object that is in the
 /// gripper already, starts again when the object moves before it is gripped, and
 /// fails when the object is not caught or is lost, or another one is held.
-/// After too many failures in a row the job fails.
+/// After too many failures in a row the job fails. An object without a grasp is refused with
+/// the reason before the arm moves to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pick {
     /// The object.
     pub object: usize,
-    /// Height above the object at which the tool travels, and to which it is
+    /// Distance before the grasp to which the tool travels, and height to which the object is
     /// lifted (m).
     pub clearance_m: f64,
     /// Failures in a row after which the job fails.
@@ -67,14 +73,11 @@ impl Pick {
         let centre = Vector3::from(seen.position);
         if !world.reaches(centre) {
             progress.reset();
-            return world.wait_for_reach(self.object, reason::OUT_OF_REACH);
+            return self.out_of_reach(world);
         }
-        let failures = world.job.attempts(self.object).pick;
-        let anchor = *progress.anchor.get_or_insert_with(|| Placement {
-            // Every other attempt takes the other way.
-            yaw: Ways::around(self.object, seen, 0.0, world).choose(failures % 2 == 1),
-            ..seen
-        });
+        let (Some(anchor), Some(grasp)) = (progress.anchor, progress.tool) else {
+            return self.choose(seen, progress, world);
+        };
         if geometry::plane_distance(centre, anchor.position.into()) > MOVE_TOLERANCE_M {
             world.note_resync(self.object);
             progress.reset();
@@ -84,22 +87,70 @@ impl Pick {
             yaw: geometry::nearest_quarter(seen.yaw, anchor.yaw),
             ..seen
         };
+        let tcp = frame(&at) * grasp.isometry();
         let above = progress.stage == ABOVE;
-        let height = if above { self.clearance_m } else { 0.0 };
-        let target = world.grip_pose(self.object, at, height);
         let drive = if above {
-            Drive::travel(target, GripperGoal::Open)
+            let back = world.tool().axis() * -self.clearance_m;
+            let retreated = tcp * Translation3::from(back);
+            Drive::travel(wire(&retreated), GripperGoal::Open)
         } else {
-            Drive::grasp(target, GripperGoal::Open)
+            Drive::grasp(wire(&tcp), GripperGoal::Open)
         };
         let there = world.drive(&mut progress.step, &drive.near(Some(self.object)));
         if there && world.is_open() {
+            if above && self.is_outdated(&tcp, world) {
+                progress.go_to(ABOVE);
+                return self.choose(seen, progress, world);
+            }
             progress.anchor = Some(at);
             progress.next();
         } else if is_late(progress, world) {
-            return self.failed("is not reached", world);
+            let why = world.why_not_reached("is not reached");
+            return self.failed(&why, world);
         }
         Status::Running
+    }
+
+    /// Whether the object would be gripped from another side now: it has fallen or tipped over since
+    /// the grasp was chosen.
+    fn is_outdated(&self, tcp: &Isometry3<f64>, world: &World<'_>) -> bool {
+        let axis = world.tool().axis();
+        let failures = world.job.attempts(self.object).pick;
+        match world.choose_grasp(self.object, failures) {
+            Choice::Grasp(now, _) => (tcp * axis).dot(&(now * axis)) < libm::cos(TIPPED_RAD),
+            Choice::None(_) | Choice::Unknown => true,
+        }
+    }
+
+    /// Chooses a grasp, or says why there is none.
+    fn choose(&self, seen: Placement, progress: &mut Progress, world: &mut World<'_>) -> Status {
+        let failures = world.job.attempts(self.object).pick;
+        let why = match world.choose_grasp(self.object, failures) {
+            Choice::Grasp(tcp, remark) => {
+                world.job.unreachable_since = None;
+                if let Some(remark) = remark {
+                    let name = world.setup.object_name(self.object);
+                    world.out.log(format_args!("[grasp] {name}: {remark}"));
+                }
+                progress.anchor = Some(seen);
+                progress.tool = Some(KeptPose::from(&(frame(&seen).inverse() * tcp)));
+                return self.approach(seen, progress, world);
+            }
+            Choice::Unknown => return Status::Failure,
+            Choice::None(why) => why,
+        };
+        if why == Exclusion::OutOfReach {
+            return self.out_of_reach(world);
+        }
+        world.wait_or_refuse(self.object, &why)
+    }
+
+    /// An object that is where the run began never was in reach; one that left it may come back.
+    fn out_of_reach(&self, world: &mut World<'_>) -> Status {
+        if world.is_where_it_began(self.object) {
+            return world.wait_or_refuse(self.object, &Exclusion::OutOfReach);
+        }
+        world.wait_for_reach(self.object, reason::OUT_OF_REACH)
     }
 
     /// The job cannot be done by this arm.
@@ -136,12 +187,16 @@ impl Pick {
 
     fn lift(&self, progress: &mut Progress, world: &mut World<'_>) -> Status {
         if world.is_lost(self.object, &mut progress.missed) {
-            return self.failed("was lost", world);
+            return self.lost(world);
         }
-        let Some(anchor) = progress.anchor else {
+        let Some((anchor, grasp)) = progress.anchor.zip(progress.tool) else {
             return Status::Failure;
         };
-        let target = world.grip_pose(self.object, anchor, self.clearance_m);
+        let centre = Vector3::from(anchor.position);
+        let bottom = centre.z - world.half_height(self.object);
+        let passing = world.passing_height(self.object, centre, centre) - bottom;
+        let up = Translation3::new(0.0, 0.0, self.clearance_m.max(passing));
+        let target = wire(&(up * frame(&anchor) * grasp.isometry()));
         let drive = Drive {
             tolerance_m: 0.02,
             ..Drive::precise(target, GripperGoal::Close)
@@ -153,9 +208,26 @@ impl Pick {
             return Status::Success;
         }
         if is_late(progress, world) {
-            return self.failed("cannot be lifted", world);
+            let why = world.why_not_reached("cannot be lifted");
+            return self.failed(&why, world);
         }
         Status::Running
+    }
+
+    /// The object left the gripper. One that is too heavy for the cup is refused: each attempt
+    /// would end like this one.
+    fn lost(&self, world: &mut World<'_>) -> Status {
+        let Some(broken) = world.broken_grip(self.object) else {
+            return self.failed("was lost", world);
+        };
+        if broken.is_too_heavy {
+            let name = world.setup.object_name(self.object);
+            return world.refuse(
+                reason::CANNOT_BE_GRIPPED,
+                format_args!("{name} is {}", broken.why),
+            );
+        }
+        self.failed(&format!("was lost: {}", broken.why), world)
     }
 
     fn failed(&self, why: &str, world: &mut World<'_>) -> Status {
@@ -193,7 +265,10 @@ impl Skill for Pick {
                     progress.go_to(LIFT);
                     Status::Running
                 }
-                Status::Failure => self.failed("was not caught", world),
+                Status::Failure => {
+                    let why = world.why_not_attached("was not caught");
+                    self.failed(&why, world)
+                }
             },
             _ => self.lift(progress, world),
         }

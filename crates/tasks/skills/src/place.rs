@@ -1,13 +1,16 @@
 //! Setting the object in the gripper down.
 
 use behavior::Status;
+use grasp::Exclusion;
 use ipc_types::{GripperGoal, Pose};
+use nalgebra::{Isometry3, Translation3};
 use robocell_task::PolicyTime;
 use robocell_task::job::{Attempts, Placement};
 
 use crate::condition::PLACE_TOLERANCE_M;
 use crate::grip;
-use crate::motion::{destination, rise};
+use crate::motion::rise;
+use crate::pose::{KeptPose, wire};
 use crate::progress::Progress;
 use crate::skill::Skill;
 use crate::world::{Drive, World};
@@ -19,8 +22,8 @@ const OPEN: u8 = 3;
 
 /// A motion takes no longer (s).
 const MOTION_TIMEOUT_S: f64 = 8.0;
-/// A slot that another object is in the way of is waited for this long (s).
-const BLOCKED_PATIENCE_S: f64 = 10.0;
+/// The object is lowered when the tool is this near to its pose above the place (m, rad).
+const ABOVE_PLACE: (f64, f64) = (0.005, 0.05);
 /// A tool this near to its travel height does not rise first (m).
 const RISEN_M: f64 = 0.03;
 
@@ -30,8 +33,6 @@ pub mod reason {
     pub const CANNOT_BE_PLACED: &str = "object_cannot_be_placed";
     /// The place is too far from the arm.
     pub const OUT_OF_REACH: &str = "place_out_of_reach";
-    /// An object is in the way of the next slot and stays there.
-    pub const BLOCKED: &str = "place_is_blocked";
     /// Every slot of the place is taken.
     pub const PLACE_IS_FULL: &str = "place_is_full";
 }
@@ -76,64 +77,80 @@ impl Place {
             }
         }
         if world.is_lost(self.object, &mut progress.missed) {
+            if let Some(broken) = world.broken_grip(self.object) {
+                world.note_retry(self.object, &format!("was lost: {}", broken.why));
+            }
             return Status::Failure;
         }
-        // As the object is in the gripper now, not as it was at first.
-        if progress.anchor.is_none() || !progress.step.has_begun() && progress.stage == CARRY {
-            progress.anchor = destination(self.object, self.place, world);
+        if let Some(status) = self.aim(progress, world) {
+            return status;
         }
-        let Some(goal) = progress.anchor else {
-            return self.no_slot(world);
+        let Some((goal, travel)) = progress.tool.map(Pose::from).zip(progress.anchor) else {
+            return Status::Failure;
         };
-        let [x, y, z] = goal.position;
+        let to = travel.position[2];
+        if progress.stage == RISE
+            && !progress.step.has_begun()
+            && rise(world.tcp_position(), to) < RISEN_M
+        {
+            progress.go_to(CARRY);
+            return self.carry(progress, world);
+        }
         let drive = match progress.stage {
-            RISE => {
-                let tcp = world.tcp_position();
-                let to = z + self.clearance_m;
-                if !progress.step.has_begun() && rise(tcp, to) < RISEN_M {
-                    progress.go_to(CARRY);
-                    return self.carry(progress, world);
-                }
-                world.begin(&mut progress.step);
-                let [x, y, from] = progress.step.from;
-                let target = Placement {
-                    position: [x, y, to.max(from)],
-                    yaw: world.tool_yaw(),
-                };
-                Drive {
-                    tolerance_m: 0.02,
-                    ..Drive::precise(pose(target, world), GripperGoal::Close)
-                }
-            }
-            CARRY => {
-                let above = Placement {
-                    position: [x, y, z + self.clearance_m],
-                    ..goal
-                };
-                Drive::travel(pose(above, world), GripperGoal::Close)
-            }
-            _ => Drive::precise(pose(goal, world), GripperGoal::Close),
+            RISE => rise_to(to, progress, world),
+            CARRY => above(&goal, &travel),
+            _ => Drive::precise(goal, GripperGoal::Close),
         };
         if world.drive(&mut progress.step, &drive.near(Some(self.object))) {
             progress.next();
         } else if is_late(progress, world) {
-            return self.failed("cannot be brought to its place", world);
+            let why = world.why_not_reached("cannot be brought to its place");
+            return self.failed(&why, world);
         }
         Status::Running
     }
 
+    /// Decides where the tool sets the object down: as it is in the gripper now, not as it was at
+    /// first.
+    fn aim(&self, progress: &mut Progress, world: &mut World<'_>) -> Option<Status> {
+        let begins_to_carry = !progress.step.has_begun() && progress.stage == CARRY;
+        if progress.tool.is_some() && !begins_to_carry {
+            return None;
+        }
+        match world.destination(self.object, self.place) {
+            Ok(tcp) => {
+                progress.tool = Some(KeptPose::from(&tcp));
+                progress.anchor = Some(self.travel(&tcp, world));
+                None
+            }
+            Err(why) => Some(self.no_destination(why.as_ref(), world)),
+        }
+    }
+
+    /// The TCP above `goal` from which the object is lowered: so high that it passes above all on
+    /// its way.
+    fn travel(&self, goal: &Isometry3<f64>, world: &World<'_>) -> Placement {
+        let tcp = world.tcp_position();
+        let centre = world.position(self.object).unwrap_or(tcp);
+        let goal = goal.translation.vector;
+        let end = goal + (centre - tcp);
+        let below = centre.z - world.half_height(self.object) - tcp.z;
+        let passing = world.passing_height(self.object, centre, end) - below;
+        let [x, y, z] = goal.into();
+        Placement {
+            position: [x, y, passing.max(z + self.clearance_m)],
+            yaw: 0.0,
+        }
+    }
+
     fn retract(&self, progress: &mut Progress, world: &mut World<'_>) -> Status {
-        let Some(goal) = progress.anchor else {
+        let Some(goal) = progress.tool else {
             return Status::Failure;
         };
-        let [x, y, z] = goal.position;
-        let above = Placement {
-            position: [x, y, z + self.clearance_m],
-            ..goal
-        };
+        let back = Translation3::from(world.tool().axis() * -self.clearance_m);
         let drive = Drive {
             tolerance_m: 0.02,
-            ..Drive::precise(pose(above, world), GripperGoal::Open)
+            ..Drive::precise(wire(&(goal.isometry() * back)), GripperGoal::Open)
         };
         let there = world.drive(&mut progress.step, &drive.near(Some(self.object)));
         if !there && !is_late(progress, world) {
@@ -156,49 +173,36 @@ impl Place {
 
     /// Where the object cannot go now.
     fn refuse(&self, world: &mut World<'_>) -> Option<Status> {
-        let setup = world.setup;
-        let slot = world.free_slot(self.object, self.place, self.tolerance_m);
-        let Some(goal) = slot.and_then(|slot| setup.goal(self.object, self.place, slot)) else {
-            return Some(self.no_slot(world));
-        };
-        let place = setup
-            .places
-            .get(self.place)
-            .map_or("?", |p| p.name.as_str());
-        if !world.reaches(goal.position.into()) {
-            world.fail(
-                reason::OUT_OF_REACH,
-                format_args!("place '{place}' is out of reach"),
-            );
-            return Some(Status::Failure);
+        if world.held() == Some(self.object)
+            && let Err(why) = world.destination(self.object, self.place)
+        {
+            return Some(self.no_destination(why.as_ref(), world));
         }
-        let Some(other) = world.blocks(goal, self.object) else {
-            world.job.unreachable_since = None;
-            return None;
-        };
-        let (now, name) = (world.now(), setup.object_name(other));
-        let since = *world.job.unreachable_since.get_or_insert(now);
-        if since == now {
-            world.out.log(format_args!(
-                "[wait] {name} is in the way at place '{place}'"
-            ));
+        world.job.unreachable_since = None;
+        None
+    }
+
+    fn no_destination(&self, why: Option<&Exclusion>, world: &mut World<'_>) -> Status {
+        match why {
+            None => self.no_slot(world),
+            Some(Exclusion::OutOfReach) => {
+                let (place, arm) = (self.name(world), world.arm_name());
+                world.refuse(
+                    reason::OUT_OF_REACH,
+                    format_args!("place '{place}' is out of reach of {arm}"),
+                )
+            }
+            Some(why) => world.wait_or_refuse(self.object, why),
         }
-        if now.since(since) < PolicyTime::from_seconds(BLOCKED_PATIENCE_S) {
-            return Some(Status::Running);
-        }
-        world.fail(
-            reason::BLOCKED,
-            format_args!("{name} stays in the way at place '{place}'"),
-        );
-        Some(Status::Failure)
+    }
+
+    fn name<'w>(&self, world: &World<'w>) -> &'w str {
+        let place = world.setup.places.get(self.place);
+        place.map_or("?", |place| place.name.as_str())
     }
 
     fn no_slot(&self, world: &mut World<'_>) -> Status {
-        let setup = world.setup;
-        let name = setup
-            .places
-            .get(self.place)
-            .map_or("?", |p| p.name.as_str());
+        let name = self.name(world);
         world.fail(
             reason::PLACE_IS_FULL,
             format_args!("place '{name}' has no free slot"),
@@ -217,6 +221,35 @@ fn is_late(progress: &Progress, world: &World<'_>) -> bool {
     world.now().since(progress.step.began) >= PolicyTime::from_seconds(MOTION_TIMEOUT_S)
 }
 
+/// Straight up to a height (m), with the tool turned as it was commanded last.
+fn rise_to(height: f64, progress: &mut Progress, world: &mut World<'_>) -> Drive {
+    world.begin(&mut progress.step);
+    let [x, y, from] = progress.step.from;
+    let told = world.out.previous(world.arm).map(|told| told.target);
+    let turned = told.or(world.tcp()).unwrap_or(Pose::IDENTITY);
+    let target = Pose {
+        position: [x, y, height.max(from)],
+        ..turned
+    };
+    Drive {
+        tolerance_m: 0.02,
+        ..Drive::precise(target, GripperGoal::Close)
+    }
+}
+
+/// Across to the point from which the object is lowered straight down, between neighbours.
+fn above(goal: &Pose, travel: &Placement) -> Drive {
+    let above = Pose {
+        position: travel.position,
+        ..*goal
+    };
+    Drive {
+        tolerance_m: ABOVE_PLACE.0,
+        angle_rad: ABOVE_PLACE.1,
+        ..Drive::travel(above, GripperGoal::Close)
+    }
+}
+
 impl Skill for Place {
     fn step(&self, progress: &mut Progress, world: &mut World<'_>) -> Status {
         if world.resumed && world.held() == Some(self.object) {
@@ -233,12 +266,5 @@ impl Skill for Place {
             },
             _ => self.retract(progress, world),
         }
-    }
-}
-
-fn pose(at: Placement, world: &World<'_>) -> Pose {
-    Pose {
-        position: at.position,
-        orientation_wxyz: world.tool().down(at.yaw),
     }
 }

@@ -4,6 +4,8 @@ use robocell_task::PolicyTime;
 use robocell_task::job::Placement;
 use serde::{Deserialize, Serialize};
 
+use crate::pose::KeptPose;
+
 /// A motion or grip in progress.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Step {
@@ -43,6 +45,8 @@ pub struct Progress {
     pub stage: u8,
     /// First position of the object, or its destination; the skill defines which.
     pub anchor: Option<Placement>,
+    /// TCP of a pick, in the frame of the object's placement; of a set-down, in the world frame.
+    pub tool: Option<KeptPose>,
     /// Slot of a place, chosen at the start.
     pub slot: Option<u16>,
     /// Decisions in a row in which the object was not in the gripper.

@@ -1,6 +1,7 @@
 //! A cell as skills need it, resolved once from its files.
 
 pub(crate) mod arm;
+pub(crate) mod grasping;
 pub(crate) mod object;
 
 use std::collections::BTreeSet;
@@ -13,6 +14,7 @@ use robocell_task::job::Placement;
 
 use crate::ability::{self, Need};
 use crate::settings::place::PlaceTable;
+use grasping::Grasping;
 
 pub use arm::{ARM, ArmSetup, Tool, suction_arm};
 pub use object::ObjectSetup;
@@ -44,6 +46,8 @@ pub struct Setup {
     pub solid_obstacles: u64,
     /// Picks that files name.
     pub(crate) picks: Picks,
+    /// The planner of grasps.
+    pub(crate) grasping: Grasping,
 }
 
 /// Arm and object of each pick that a file names, collected while its nodes are created: later
@@ -92,6 +96,7 @@ impl Setup {
             obstacles: cell.obstacles().map(|o| o.name.clone()).collect(),
             solid_obstacles: guides.fold(u64::MAX, |mask, (bit, _)| mask & !(1 << bit.min(63))),
             picks: Picks::default(),
+            grasping: Grasping::of(cell),
         }
     }
 
@@ -110,6 +115,7 @@ impl Setup {
             obstacles: Vec::new(),
             solid_obstacles: u64::MAX,
             picks: Picks::default(),
+            grasping: Grasping::default(),
         }
     }
 
@@ -200,15 +206,6 @@ impl Setup {
     /// Name of an object, for logs.
     pub fn object_name(&self, object: usize) -> &str {
         self.objects.get(object).map_or("?", |o| o.name.as_str())
-    }
-
-    /// The pose of an object's centre in a slot; `None` for a slot or an object that does not
-    /// exist.
-    pub fn goal(&self, object: usize, place: usize, slot: usize) -> Option<Placement> {
-        let slot = self.places.get(place)?.slots.get(slot)?;
-        let [x, y, z] = slot.position;
-        let position = [x, y, z + self.objects.get(object)?.half_height_m];
-        Some(Placement { position, ..*slot })
     }
 }
 

@@ -1,5 +1,6 @@
 //! The input of a policy: one coherent sample of the cell.
 
+use ipc_types::arm::NotReached;
 use ipc_types::{
     ArmState, ArmStatus, EquipmentState, MAX_ARMS, ObjectState, OperatorPanel, Pose, WorldState,
 };
@@ -23,6 +24,8 @@ pub struct ControllerEcho {
     pub position_error: f64,
     /// Measured gripper width minus the commanded one (m).
     pub gripper_error: f64,
+    /// Why the arm does not get nearer to the goal, if it does not.
+    pub not_reached: Option<NotReached>,
 }
 
 impl From<&ArmStatus> for ControllerEcho {
@@ -34,6 +37,8 @@ impl From<&ArmStatus> for ControllerEcho {
             goal_active: status.goal_active == 1,
             position_error: status.position_error,
             gripper_error: status.gripper_error,
+            not_reached: NotReached::from_code(status.not_reached)
+                .filter(|reason| *reason != NotReached::None),
         }
     }
 }

@@ -205,7 +205,7 @@ fn what_cannot_be_done_ends_with_its_reason() {
     let taken = TOWER.replace("0.50, 0.25", "0.55, -0.17");
     assert_eq!(
         reason_of("taken", &both, &taken).as_deref(),
-        Some("place_is_blocked")
+        Some("blocked_by_object")
     );
     let two = "{ do = \"Pick\", object = \"red\" }, { do = \"Pick\", object = \"blue\" }";
     assert_eq!(

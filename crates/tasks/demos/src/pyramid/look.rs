@@ -79,7 +79,7 @@ impl Look<'_, '_> {
 
     /// The pose of a cube in a layer of the arm's stack.
     pub(super) fn goal(&self, cube: usize, layer: usize) -> Option<Placement> {
-        self.world.setup.goal(cube, self.world.arm, layer)
+        self.world.goal(cube, self.world.arm, layer)
     }
 
     /// Whether a cube that is not part of `stack` is at the place of the arm's stack, or so

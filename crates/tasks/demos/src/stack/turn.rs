@@ -67,7 +67,7 @@ impl<'w> Turn<'w> {
 
     /// The pose of a cube in the stack.
     pub fn goal(&self, cube: usize) -> Placement {
-        let goal = self.stack.skills.goal(self.object(cube), STACK, cube);
+        let goal = self.world.goal(self.object(cube), STACK, cube);
         goal.unwrap_or(NOWHERE)
     }
 

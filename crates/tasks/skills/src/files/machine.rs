@@ -247,6 +247,7 @@ impl Actions for Running<'_, '_, '_> {
         };
         let status = parts::tick(tree, shared, self.world);
         let repeats = repeats.get(behavior.index()) == Some(&true);
+        self.world.end_refused(status == Status::Failure && repeats);
         // Without a trigger for the failure the steps start again in the next decision.
         if status == Status::Failure && repeats {
             return Status::Running;

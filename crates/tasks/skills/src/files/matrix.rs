@@ -171,6 +171,7 @@ impl Parts {
         let tree = self.handlers.get_mut(current)?;
         let status = parts::tick(tree, &mut self.shared, world);
         let [success, failure] = *self.results.get(current)?;
+        world.end_refused(status == Status::Failure && failure.is_none());
         // Failed steps start again, unless the file names an event for the failure.
         let over = match status {
             Status::Running => false,

@@ -48,6 +48,14 @@ impl Tool {
         }
     }
 
+    /// Direction out of the tool, in the frame of the TCP.
+    pub fn axis(self) -> Vector3<f64> {
+        match self {
+            Self::Suction => Vector3::x(),
+            Self::Fingers { .. } | Self::None => Vector3::z(),
+        }
+    }
+
     /// Orientation of the TCP with the tool straight down, turned by `yaw`
     /// about the vertical axis (rad); w x y z.
     pub fn down(self, yaw: f64) -> [f64; 4] {
@@ -88,6 +96,8 @@ pub struct ArmSetup {
     pub home: [f64; MAX_JOINTS],
     /// Its gripper.
     pub tool: Tool,
+    /// Force at which the grip of its cup breaks (N); `None` without a cup.
+    pub suction_limit_n: Option<f64>,
     /// An object farther from the base in the plane is out of reach (m).
     pub reach_m: f64,
     /// Pose of the TCP while the arm waits for a zone in which another arm works: the pose at
@@ -128,6 +138,7 @@ impl ArmSetup {
             base: spec.base.translation.vector,
             home,
             tool: Tool::of(&spec.robot),
+            suction_limit_n: spec.robot.suction.as_ref().map(|cup| cup.force_limit),
             reach_m: reach(&spec.robot),
         }
     }

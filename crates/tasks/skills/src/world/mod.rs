@@ -30,6 +30,7 @@ use robocell_task::job::Job;
 use robocell_task::{Observation, Output, PolicyTime};
 use serde::{Deserialize, Serialize};
 
+use crate::refusal::Refusal;
 use crate::setup::{ArmSetup, ObjectSetup, Setup, Tool};
 
 pub use drive::Drive;
@@ -81,6 +82,9 @@ pub struct World<'w> {
     pub memory: Option<&'w mut ArmMemory>,
     /// The commands to the arm so far in this decision.
     pub told: Told,
+    /// Why a skill did not start in this decision. A tree, machine or matrix takes it and fails
+    /// the job only if its root failed; otherwise [`World::finish`] fails the job.
+    pub refusal: Option<Refusal>,
 }
 
 impl<'w> World<'w> {
@@ -101,6 +105,7 @@ impl<'w> World<'w> {
             resumed: false,
             memory: None,
             told: Told::default(),
+            refusal: None,
         }
     }
 

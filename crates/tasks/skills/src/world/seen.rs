@@ -8,16 +8,17 @@ use robocell_task::job::Placement;
 use super::World;
 use crate::geometry;
 use crate::setup::Tool;
+use crate::setup::object::LEVEL_RAD;
 
-/// A gripped object is nearer to the TCP than this many of its heights: half of its diagonal,
-/// and the distance by which a pull may shift it.
-const IN_GRIPPER_HEIGHTS: f64 = 1.0;
-/// An object farther from the TCP than this many of its heights has left the gripper.
-pub(super) const LEFT_HEIGHTS: f64 = 1.5;
-/// An object nearer to a slot than this many of its heights is in the way.
-const BLOCKED_HEIGHTS: f64 = 0.9;
-/// Fingers nearer than this many heights of an object are closed around it.
-const CLOSED_HEIGHTS: f64 = 1.2;
+/// A gripped object is nearer to the TCP than this share of its longest side: half of its
+/// diagonal, and the distance by which a pull may shift it.
+const IN_GRIPPER_SIDES: f64 = 1.0;
+/// An object farther from the TCP than this many of its longest sides has left the gripper.
+pub(super) const LEFT_SIDES: f64 = 1.5;
+/// A tool nearer to an object than this many of its heights is beside it.
+const BESIDE_HEIGHTS: f64 = 1.5;
+/// Fingers nearer than this many widths of an object are closed around it.
+const CLOSED_WIDTHS: f64 = 1.2;
 /// Fingers faster than this are opening (m/s).
 const OPENING_M_S: f64 = 0.005;
 /// Decisions in a row in which a grip has to be missing to count as lost: contacts flicker
@@ -67,14 +68,40 @@ impl World<'_> {
         // The light barrier helps where contacts flicker: it counts only for fingers that were
         // commanded to close and do not open.
         let object = (gripper.beam_object as usize).checked_sub(1)?;
-        let height = 2.0 * self.object_setup(object)?.half_height_m;
-        let tcp = Vector3::from(self.observation.tcp(arm)?.position);
+        let pose = self.observation.tcp(arm)?;
+        let closing = geometry::rotation(pose.orientation_wxyz) * Vector3::y();
+        let (low, high) = self.extent(object, &closing)?;
+        let longest = self.object_setup(object)?.longest_m;
+        let tcp = Vector3::from(pose.position);
         let told = self.out.previous(arm);
-        let closed = gripper.width < CLOSED_HEIGHTS * height
+        let closed = gripper.width < CLOSED_WIDTHS * (high - low)
             && gripper.width_velocity < OPENING_M_S
             && told.is_some_and(|told| told.gripper != GripperGoal::Open);
-        let near = (self.position(object)? - tcp).norm() < IN_GRIPPER_HEIGHTS * height;
+        let near = (self.position(object)? - tcp).norm() < IN_GRIPPER_SIDES * longest;
         (closed && near).then_some(object)
+    }
+
+    /// The least and the largest coordinate of an object along a unit `axis` (m, world frame).
+    fn extent(&self, object: usize, axis: &Vector3<f64>) -> Option<(f64, f64)> {
+        let pose = self.object(object)?;
+        self.setup.grasping.extent(object, &pose, axis)
+    }
+
+    /// Half of the height of an object as it lies or stands (m); of one that is not in the cell, as
+    /// if it stood.
+    pub(crate) fn half_height(&self, object: usize) -> f64 {
+        let Some(setup) = self.object_setup(object) else {
+            return 0.0;
+        };
+        let seen = self.object(object);
+        seen.map_or(setup.half_height_m, |pose| setup.half_height_at(&pose))
+    }
+
+    /// Whether an object stands on a side, or lies on a round one.
+    fn is_level(&self, object: usize) -> bool {
+        let setup = self.object_setup(object);
+        let seen = setup.zip(self.object(object));
+        seen.is_some_and(|(setup, pose)| setup.tilt(&pose) < LEVEL_RAD)
     }
 
     /// Whether any arm holds an object.
@@ -122,13 +149,24 @@ impl World<'_> {
     }
 
     /// Whether an object is in no gripper, its centre nearer to `point` in the plane than
-    /// `tolerance_m`, and in that layer.
+    /// `tolerance_m`, in that layer, and not tilted.
     pub fn is_at(&self, object: usize, point: Vector3<f64>, tolerance_m: f64) -> bool {
-        let half = self.object_setup(object).map_or(0.0, |o| o.half_height_m);
+        let half = self.half_height(object);
         self.position(object).is_some_and(|position| {
             let off = position - point;
             off.xy().norm() < tolerance_m && off.z.abs() < half
-        }) && !self.is_held(object)
+        }) && self.is_level(object)
+            && !self.is_held(object)
+    }
+
+    /// The centre and turn of an object in a slot, on the side on which it is now; `None` for a
+    /// slot or an object that does not exist.
+    pub fn goal(&self, object: usize, place: usize, slot: usize) -> Option<Placement> {
+        let slot = self.setup.places.get(place)?.slots.get(slot)?;
+        self.object_setup(object)?;
+        let [x, y, z] = slot.position;
+        let position = [x, y, z + self.half_height(object)];
+        Some(Placement { position, ..*slot })
     }
 
     /// The slot of a place that an object is in, held by no gripper; nearer than `tolerance_m`
@@ -136,7 +174,7 @@ impl World<'_> {
     pub fn slot_of(&self, object: usize, place: usize, tolerance_m: f64) -> Option<usize> {
         let slots = self.setup.places.get(place)?.slots.len();
         (0..slots).find(|slot| {
-            let goal = self.setup.goal(object, place, *slot);
+            let goal = self.goal(object, place, *slot);
             goal.is_some_and(|goal| self.is_at(object, goal.position.into(), tolerance_m))
         })
     }
@@ -162,24 +200,7 @@ impl World<'_> {
                 .object_setup(*other)
                 .map_or(0.0, |other| 2.0 * other.half_height_m);
             let position = self.position(*other);
-            position.is_some_and(|position| (position - tcp).norm() < LEFT_HEIGHTS * height)
-        })
-    }
-
-    /// An object, other than `object` and the held ones, at the position of a slot's object,
-    /// though it is in no slot.
-    pub fn blocks(&self, goal: Placement, object: usize) -> Option<usize> {
-        let goal = Vector3::from(goal.position);
-        let others = 0..self.setup.objects.len();
-        others.filter(|other| *other != object).find(|other| {
-            let height = self
-                .object_setup(*other)
-                .map_or(0.0, |other| 2.0 * other.half_height_m);
-            let off = self.position(*other).map(|position| position - goal);
-            !self.is_held(*other)
-                && off.is_some_and(|off| {
-                    off.xy().norm() < BLOCKED_HEIGHTS * height && off.z.abs() < 0.7 * height
-                })
+            position.is_some_and(|position| (position - tcp).norm() < BESIDE_HEIGHTS * height)
         })
     }
 
@@ -194,33 +215,5 @@ impl World<'_> {
             position: [x, y, z + height + above_m],
             orientation_wxyz: self.tool().down(at.yaw),
         }
-    }
-
-    /// The TCP that brings the object in the gripper to `goal`, given its present pose in the
-    /// gripper, with the tool turned as little as possible.
-    pub fn place_pose(&self, object: usize, goal: Placement) -> Option<Pose> {
-        self.place_pose_turned(object, goal, self.tool_yaw())
-    }
-
-    /// As [`World::place_pose`], with the tool turned to near `reference` (rad).
-    pub fn place_pose_turned(
-        &self,
-        object: usize,
-        goal: Placement,
-        reference: f64,
-    ) -> Option<Pose> {
-        let (tcp, pose) = (self.tcp()?, self.object(object)?);
-        let in_gripper = Vector3::from(pose.position) - Vector3::from(tcp.position);
-        let turned = self.tool_yaw();
-        // The object's turn in the gripper is measured: fingers seldom close on it exactly
-        // straight.
-        let wanted = goal.yaw - (geometry::yaw(&pose) - turned);
-        let yaw = geometry::nearest_quarter(wanted, reference);
-        let shift = geometry::turned(in_gripper.xy(), yaw - turned);
-        let [x, y, z] = goal.position;
-        Some(Pose {
-            position: [x - shift.x, y - shift.y, z - in_gripper.z],
-            orientation_wxyz: self.tool().down(yaw),
-        })
     }
 }

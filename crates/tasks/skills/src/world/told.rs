@@ -5,7 +5,7 @@ use ipc_types::decision::{GoalKind, Outcome};
 use robocell_task::{ArmIntent, TraceEvent};
 
 use super::World;
-use super::seen::LEFT_HEIGHTS;
+use super::seen::LEFT_SIDES;
 use crate::condition::PLACE_TOLERANCE_M;
 use crate::setup::Tool;
 
@@ -56,6 +56,7 @@ impl World<'_> {
     /// Ends a decision: an arm without a command keeps its target, and a drop is counted, of
     /// the first arm and of every arm with a [`World::memory`].
     pub fn finish(&mut self) {
+        self.end_refused(true);
         if !self.told.acted {
             self.stay(GripperGoal::Keep);
         }
@@ -69,6 +70,13 @@ impl World<'_> {
         }
         if self.arm == 0 {
             self.job.held = held;
+        }
+    }
+
+    /// Takes the refusal of a skill; with `failed` it fails the job.
+    pub(crate) fn end_refused(&mut self, failed: bool) {
+        if let Some(refusal) = self.refusal.take().filter(|_| failed) {
+            self.fail(refusal.reason.as_str(), format_args!("{}", refusal.why));
         }
     }
 
@@ -109,10 +117,8 @@ impl World<'_> {
         if told == Some(GripperGoal::Open) {
             return held;
         }
-        let height = self
-            .object_setup(before)
-            .map_or(0.0, |object| 2.0 * object.half_height_m);
-        let left = self.has_left(before, LEFT_HEIGHTS * height);
+        let longest = self.object_setup(before).map_or(0.0, |of| of.longest_m);
+        let left = self.has_left(before, LEFT_SIDES * longest);
         // A policy that opens the gripper now has noticed the loss, too.
         if held.is_none() && !left && self.told.gripper != GripperGoal::Open {
             return Some(before);

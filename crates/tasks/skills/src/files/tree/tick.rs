@@ -54,6 +54,7 @@ impl TreePolicy {
         };
         let now = Duration::from_millis(world.now().ticks());
         let mut status = it.tree.tick(now, &mut shared.board, world);
+        world.end_refused(status == Status::Failure);
         // Decided by the observation: a tree that succeeded while its object fell has not done
         // its part.
         if status == Status::Success && was_undone(self.is_still_done.as_ref(), world) {

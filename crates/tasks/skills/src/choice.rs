@@ -1,0 +1,96 @@
+//! The grasp with which an object is picked up.
+
+use grasp::{Candidate, Exclusion, Grasps, grasps};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use robocell_task::job::Placement;
+
+use crate::pose::{about, isometry};
+use crate::world::World;
+
+/// Candidates whose kinematics are searched in one decision: each refusal takes about a
+/// millisecond.
+const SEARCHED: usize = 8;
+/// Two grasps whose fingers close along the same line and that come from the same side are the
+/// same one for a retry (cosine).
+const SAME: f64 = 0.99;
+
+/// The answer to the question how to grip an object.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Choice {
+    /// The TCP, world frame, and a text for the log where it is not the usual grasp.
+    Grasp(Isometry3<f64>, Option<String>),
+    /// There is none.
+    None(Exclusion),
+    /// The object is not in the cell, or the arm has no gripper.
+    Unknown,
+}
+
+impl World<'_> {
+    /// The grasp of `object` after this number of failures: each takes the next candidate.
+    pub(crate) fn choose_grasp(&self, object: usize, failures: u32) -> Choice {
+        let grasping = &self.setup.grasping;
+        let scene = grasping.scene(self.arm, self.observation);
+        let Some((gripper, scene)) = grasping.gripper(self.arm).zip(scene) else {
+            return Choice::Unknown;
+        };
+        // The pose in which the wrist is not wound: of equal grasps the nearest to it is taken.
+        let tool = self.arm_setup().map(|arm| isometry(&arm.wait));
+        let mut found = grasps(gripper, &scene, object, tool.as_ref());
+        self.exclude_unreached(&mut found, failures);
+        match nth(&found, failures) {
+            Some(chosen) => Choice::Grasp(chosen.tcp, remark(&found, chosen)),
+            None => found
+                .refusal()
+                .map_or(Choice::Unknown, |why| Choice::None(why.clone())),
+        }
+    }
+
+    /// Excludes candidates without joint positions, until there are enough for a retry.
+    fn exclude_unreached(&self, found: &mut Grasps, failures: u32) {
+        let from = self.joint_positions();
+        let (mut searched, mut reached) = (0, 0);
+        found.ask_reach(|tcp| {
+            // Those that are not searched are not known to be in reach.
+            if searched == SEARCHED || reached > failures {
+                return false;
+            }
+            searched += 1;
+            let reaches = self.setup.grasping.reaches(self.arm, from, tcp);
+            reached += u32::from(reaches);
+            reaches
+        });
+    }
+}
+
+/// The grasp after this number of failures; they begin again after the last.
+fn nth(found: &Grasps, failures: u32) -> Option<&Candidate> {
+    let mut different: Vec<&Candidate> = Vec::new();
+    for candidate in found.candidates.iter().filter(|of| of.excluded.is_none()) {
+        if !different.iter().any(|known| is_same(known, candidate)) {
+            different.push(candidate);
+        }
+    }
+    let count = different.len();
+    (count > 0).then(|| different[failures as usize % count])
+}
+
+fn is_same(a: &Candidate, b: &Candidate) -> bool {
+    let dot = |axis: Vector3<f64>| (a.tcp.rotation * axis).dot(&(b.tcp.rotation * axis));
+    let near = (a.tcp.translation.vector - b.tcp.translation.vector).norm() < 1.0e-3;
+    near && dot(Vector3::y()).abs() > SAME && dot(Vector3::z()) > SAME
+}
+
+/// The text for the log: of a grasp before which others were excluded.
+fn remark(found: &Grasps, chosen: &Candidate) -> Option<String> {
+    let mut cheaper = found.candidates.iter().filter(|of| of.cost < chosen.cost);
+    let first = cheaper.find_map(|of| Some((of, of.excluded.as_ref()?)))?;
+    let name = |of: &Candidate| format!("{}, {}", of.approach.name(), of.depth.name());
+    let (best, why) = first;
+    Some(format!("{}; {}: {why}", name(chosen), name(best)))
+}
+
+/// The frame that follows an object: its centre, and its turn about the vertical.
+pub(crate) fn frame(at: &Placement) -> Isometry3<f64> {
+    let turn: UnitQuaternion<f64> = about(Vector3::z(), at.yaw);
+    Isometry3::from_parts(Translation3::from(at.position), turn)
+}

@@ -1,0 +1,124 @@
+//! Where the tool sets the object in the gripper down.
+
+use grasp::{Exclusion, SetDown, set_down};
+use ipc_types::Pose;
+use nalgebra::{Isometry3, Translation3};
+use robocell_task::job::Placement;
+
+use crate::condition::PLACE_TOLERANCE_M;
+use crate::pose::{isometry, wire};
+use crate::world::World;
+
+/// Heights from which an object is let go (m): one that has slipped in the hand would bring the
+/// finger tips to the table before it is down.
+const RAISED_M: [f64; 3] = [0.0, 0.002, 0.005];
+
+impl World<'_> {
+    /// The TCP that brings the object in the gripper to `goal`, given its present pose in the
+    /// gripper, with the tool turned as little as possible.
+    pub fn place_pose(&self, object: usize, goal: Placement) -> Option<Pose> {
+        self.place_pose_turned(object, goal, self.tool_yaw())
+    }
+
+    /// As [`World::place_pose`], with the tool turned to near `reference` (rad).
+    pub fn place_pose_turned(
+        &self,
+        object: usize,
+        goal: Placement,
+        reference: f64,
+    ) -> Option<Pose> {
+        let ways = self.set_downs(object, goal, reference)?;
+        ways.first().map(|(_, tcp)| wire(tcp))
+    }
+
+    /// The TCP that sets the object in the gripper down in the next free slot of a place, of
+    /// all turns after which it looks the same the first that nothing excludes.
+    ///
+    /// # Errors
+    /// What excludes the first turn; `None` where no slot is free or the object is not in the
+    /// cell.
+    pub(crate) fn destination(
+        &self,
+        object: usize,
+        place: usize,
+    ) -> Result<Isometry3<f64>, Option<Exclusion>> {
+        let slot = self
+            .free_slot(object, place, PLACE_TOLERANCE_M)
+            .ok_or(None)?;
+        let goal = self.goal(object, place, slot).ok_or(None)?;
+        let ways = self.set_downs(object, goal, self.tool_yaw()).ok_or(None)?;
+        let grasping = &self.setup.grasping;
+        let scene = grasping.scene(self.arm, self.observation);
+        let (gripper, scene) = grasping.gripper(self.arm).zip(scene).ok_or(None)?;
+        let width_m = self
+            .observation
+            .arm(self.arm)
+            .map_or(0.0, |arm| arm.gripper.width);
+        let mut first = None;
+        for raised in RAISED_M.map(|height| Translation3::new(0.0, 0.0, height)) {
+            for (at, tcp) in &ways {
+                let (at, tcp) = (raised * at, raised * tcp);
+                let of = SetDown {
+                    object,
+                    width_m,
+                    goal: &at,
+                    tcp: &tcp,
+                };
+                let why = set_down(gripper, &scene, &of)
+                    .or_else(|| (!self.is_reached(&tcp)).then_some(Exclusion::OutOfReach));
+                match why {
+                    None => return Ok(tcp),
+                    Some(why) => first = first.or(Some(why)),
+                }
+            }
+            if !matches!(first, Some(Exclusion::Fixture(_))) {
+                break;
+            }
+        }
+        Err(first)
+    }
+
+    /// Poses of the object at `goal` that look the same, with their TCP; the tool turned to near
+    /// `reference` (rad) first.
+    fn set_downs(
+        &self,
+        object: usize,
+        goal: Placement,
+        reference: f64,
+    ) -> Option<Vec<(Isometry3<f64>, Isometry3<f64>)>> {
+        let (tcp, seen) = (isometry(&self.tcp()?), isometry(&self.object(object)?));
+        let setup = self.object_setup(object)?;
+        // As the gripper holds it: fingers seldom close on it exactly straight.
+        let grip = seen.inverse() * tcp;
+        let way = |rotation| {
+            let at = Isometry3::from_parts(Translation3::from(goal.position), rotation);
+            (at, at * grip)
+        };
+        let mut ways: Vec<_> = setup.at_rest(&seen.rotation, goal.yaw).map(way).collect();
+        let tool = self.tool();
+        let off = |tcp: &Isometry3<f64>| {
+            let yaw = tool.yaw(wire(tcp).orientation_wxyz);
+            let off = (yaw - reference).rem_euclid(std::f64::consts::TAU);
+            // Rounded, so that the last bits of an angle decide nothing.
+            (1.0e6 * off.min(std::f64::consts::TAU - off)).round()
+        };
+        ways.sort_by(|(_, a), (_, b)| off(a).total_cmp(&off(b)));
+        Some(ways)
+    }
+
+    /// Whether the arm has joint positions that bring its TCP to `tcp`.
+    fn is_reached(&self, tcp: &Isometry3<f64>) -> bool {
+        self.setup
+            .grasping
+            .reaches(self.arm, self.joint_positions(), tcp)
+    }
+
+    /// Measured joint positions of the arm (rad or m); empty for one that is not observed.
+    pub(crate) fn joint_positions(&self) -> &[f64] {
+        let seen = self.observation.arm(self.arm);
+        seen.map_or(&[], |arm| {
+            let count = arm.joint_count as usize;
+            arm.joint_positions.get(..count).unwrap_or_default()
+        })
+    }
+}
