@@ -185,7 +185,8 @@ impl Cycle {
         // Also while the arm holds: it still evades, and must see the other arm move.
         motion.observe(state, self.arm, goal.object_mask);
         motion.select(goal.selector);
-        self.controllers.second.follow(self.latch.gripper());
+        let hand = &mut self.controllers.second;
+        hand.follow(self.latch.gripper(), self.latch.goal().open_width);
         self.suction.follow(self.latch.gripper());
     }
 

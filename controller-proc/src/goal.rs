@@ -37,13 +37,14 @@ impl GoalLatch {
         let Some(goal) = decision.goals.get(arm).filter(|_| arm < count) else {
             return;
         };
+        let open_width = self.goal.open_width;
         self.goal = *goal;
         self.generation = decision.header.generation;
         self.seq = decision.header.seq;
         self.decision_tick = Some(decision.header.tick);
         match GripperGoal::from_code(goal.gripper) {
             // Keep is not a command: the hand continues with its last one.
-            None | Some(GripperGoal::Keep) => {}
+            None | Some(GripperGoal::Keep) => self.goal.open_width = open_width,
             Some(gripper) => self.gripper = gripper,
         }
     }

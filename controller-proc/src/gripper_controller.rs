@@ -38,10 +38,12 @@ impl GripperController {
         self.width = if holding { 0.0 } else { measured.width };
     }
 
-    /// Takes the width of a goal; keeping keeps it.
-    pub fn follow(&mut self, goal: GripperGoal) {
+    /// Takes the width of a goal; keeping keeps it. An open hand has `open_width` (m), or 0 for
+    /// its largest.
+    pub fn follow(&mut self, goal: GripperGoal, open_width: f64) {
         match goal {
             GripperGoal::Keep => {}
+            GripperGoal::Open if open_width > 0.0 => self.width = open_width.min(self.open_width),
             GripperGoal::Open => self.width = self.open_width,
             GripperGoal::Close => self.width = 0.0,
         }

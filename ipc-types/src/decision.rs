@@ -2,7 +2,9 @@
 
 use crate::header::Header;
 use crate::pose::Pose;
-use crate::validate::{Check, Invalid, MAX_EFFORT, MAX_JOINT_POSITION, Validate, code};
+use crate::validate::{
+    Check, Invalid, MAX_EFFORT, MAX_JOINT_POSITION, MAX_POSITION_M, Validate, code,
+};
 use crate::wire::wire;
 use crate::{BreakName, MAX_ARMS, MAX_JOINTS, MAX_OBJECTS, Text};
 
@@ -82,6 +84,9 @@ wire! {
         pub posture: [f64; MAX_JOINTS],
         /// Force per finger when closing, newtons.
         pub grip_force: f64,
+        /// Distance of the fingers when they open, metres; 0 for as far as they open. Kept with
+        /// [`GripperGoal::Keep`].
+        pub open_width: f64,
         /// Direction of the last part of the approach, scaled by its length in
         /// metres, world frame; zero for a straight attraction.
         pub approach: [f64; 3],
@@ -167,6 +172,7 @@ impl Validate for ArmGoal {
         self.target.check()?;
         Check::within("goal.posture", &self.posture, MAX_JOINT_POSITION)?;
         Check::within("goal.grip_force", &[self.grip_force], MAX_EFFORT)?;
+        Check::within("goal.open_width", &[self.open_width], MAX_POSITION_M)?;
         Check::within("goal.approach", &self.approach, 2.0)?;
         Check::within("goal.approach_std_dev", &[self.approach_std_dev], 2.0)
     }

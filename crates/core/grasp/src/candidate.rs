@@ -62,6 +62,8 @@ pub struct Candidate {
     pub depth: Depth,
     /// Width of the object between the fingers; of the face for a cup (m).
     pub width_m: f64,
+    /// Distance of the fingers on the way there; 0 for a cup (m).
+    pub opening_m: f64,
     /// The smaller, the better.
     pub cost: f64,
     /// What excludes it.

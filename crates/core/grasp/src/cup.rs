@@ -59,6 +59,7 @@ pub(crate) fn candidates(
             approach,
             depth: Depth::Face,
             width_m: 2.0 * face_m,
+            opening_m: 0.0,
             cost: cost + 0.1 * present.angle_to(&tcp.rotation),
             excluded,
         });

@@ -11,6 +11,8 @@ use crate::scene::{Body, Scene};
 
 /// Clearance of each finger to the object, to fixtures and to other objects before it closes (m).
 const FINGER_CLEARANCE_M: f64 = 0.001;
+/// Clearance of each finger to the sides of the object where the hand cannot open fully (m).
+const SIDES_M: [f64; 2] = [0.012, 0.006];
 /// Clearance of the hand to fixtures, objects and other arms, which move (m).
 const MARGINS_M: (f64, f64, f64) = (0.5 * FINGER_CLEARANCE_M, FINGER_CLEARANCE_M, 0.01);
 /// Shortest length of the pads that has to touch the object (m).
@@ -68,21 +70,7 @@ pub(crate) fn candidates(
                     half: closing.half(&direction),
                     width_m: high - low,
                 };
-                for (depth, at) in grasp.depths(hand, scene) {
-                    let tcp = grasp.tcp(at);
-                    let turn = tool.map_or(0.0, |tool| tool.rotation.angle_to(&tcp.rotation));
-                    let excluded = grasp
-                        .misfit(hand, at)
-                        .or_else(|| blocked(hand, scene, object, (&tcp, grasp.width_m)));
-                    all.push(Candidate {
-                        tcp,
-                        approach,
-                        depth,
-                        width_m: grasp.width_m,
-                        cost: cost(approach, depth) + 0.1 * turn + grasp.width_m,
-                        excluded,
-                    });
-                }
+                grasp.add_candidates(hand, scene, object, (approach, tool), &mut all);
             }
         }
     }
@@ -119,6 +107,55 @@ struct Grasp {
 }
 
 impl Grasp {
+    /// Adds its candidates with the open hand and, where surroundings exclude them all, with a
+    /// hand that is opened as far as the object needs.
+    fn add_candidates(
+        &self,
+        hand: &Hand,
+        scene: &Scene,
+        object: &Body,
+        (approach, tool): (Approach, Option<&Isometry3<f64>>),
+        all: &mut Vec<Candidate>,
+    ) {
+        let first = all.len();
+        let widths = SIDES_M.map(|side| self.width_m + 2.0 * side);
+        let narrower = widths
+            .into_iter()
+            .filter(|width| *width < hand.open_width_m);
+        for opening_m in std::iter::once(hand.open_width_m).chain(narrower) {
+            for (depth, at) in self.depths(hand, scene, opening_m) {
+                let tcp = self.tcp(at);
+                let turn = tool.map_or(0.0, |tool| tool.rotation.angle_to(&tcp.rotation));
+                let excluded = self
+                    .misfit(hand, at)
+                    .map(|why| self.beside(hand, scene).unwrap_or(why))
+                    .or_else(|| blocked(hand, scene, object, (&tcp, opening_m, self.width_m)));
+                let narrow = if opening_m < hand.open_width_m {
+                    0.1
+                } else {
+                    0.0
+                };
+                all.push(Candidate {
+                    tcp,
+                    approach,
+                    depth,
+                    width_m: self.width_m,
+                    opening_m,
+                    cost: cost(approach, depth) + 0.1 * turn + self.width_m + narrow,
+                    excluded,
+                });
+            }
+            let added = all.get(first..).unwrap_or_default();
+            let is_free = added.iter().any(|of| of.excluded.is_none());
+            let is_wide = self
+                .misfit(hand, self.middle())
+                .is_some_and(|why| matches!(why, Exclusion::TooWide { .. }));
+            if is_free || is_wide {
+                break;
+            }
+        }
+    }
+
     /// The TCP with its coordinate `at` along the direction.
     fn tcp(&self, at: f64) -> Isometry3<f64> {
         let off = at - self.direction.dot(&self.centre);
@@ -130,35 +167,62 @@ impl Grasp {
         self.direction.dot(&self.centre)
     }
 
-    fn depths(&self, hand: &Hand, scene: &Scene) -> Vec<(Depth, f64)> {
+    fn depths(&self, hand: &Hand, scene: &Scene, opening_m: f64) -> Vec<(Depth, f64)> {
         let middle = self.middle();
         let upper = self.extent.0 + hand.tip_m;
-        let low = self.lowest(hand, scene, middle);
-        let mut depths = vec![low.map_or((Depth::Centre, middle), |low| (Depth::Low, low))];
+        let fits = |at: &f64| self.misfit(hand, *at).is_none();
+        // Where something beside the object leaves no depth, that of closed fingers: then it is
+        // named, and not what the object rests on.
+        let low = self
+            .lowest(hand, scene, opening_m, middle)
+            .filter(fits)
+            .or_else(|| self.lowest(hand, scene, self.width_m, middle));
+        let low = low.unwrap_or(middle);
+        let depth = if low < middle {
+            Depth::Low
+        } else {
+            Depth::Centre
+        };
+        let mut depths = vec![(depth, low)];
         if upper < middle - STEP_M {
             depths.push((Depth::Upper, upper));
         }
         depths
     }
 
-    /// The deepest place before the centre at which the fingers touch no fixture; `None` where
-    /// that is the centre.
-    fn lowest(&self, hand: &Hand, scene: &Scene, middle: f64) -> Option<f64> {
+    /// The deepest place, at most the centre, at which the fingers touch no fixture.
+    fn lowest(&self, hand: &Hand, scene: &Scene, opening_m: f64, middle: f64) -> Option<f64> {
         let is_clear = |at: &f64| {
             let tcp = self.tcp(*at);
             !scene.fixtures.iter().any(|fixture| {
-                let mut fingers = hand.fingers_at(&tcp, hand.open_width_m);
+                let mut fingers = hand.fingers_at(&tcp, opening_m);
                 fingers.any(|(solid, at)| fixture.is_near(solid, &at, FINGER_CLEARANCE_M))
             })
         };
-        if is_clear(&middle) {
-            return None;
-        }
         // A little more than where the pads miss it: then it is too thin, not blocked.
         let end = self.extent.0 - hand.tip_m - 4.0 * FINGER_CLEARANCE_M;
-        let steps = std::iter::successors(Some(middle - STEP_M), |at| Some(at - STEP_M));
+        let steps = std::iter::successors(Some(middle), |at| Some(at - STEP_M));
         let mut steps = steps.take_while(|at| *at > end);
         steps.find(is_clear)
+    }
+
+    /// A fixture beside the object that keeps the closed fingers from it; not one that the object
+    /// rests on.
+    fn beside(&self, hand: &Hand, scene: &Scene) -> Option<Exclusion> {
+        if self.width_m > hand.open_width_m {
+            return None;
+        }
+        let tcp = self.tcp(self.extent.0 + BESIDE_M - hand.tip_m);
+        let found = scene.fixtures.iter().find(|fixture| {
+            let mut fingers = hand.fingers_at(&tcp, self.width_m);
+            let Some(pose) = fixture.pose else {
+                return false;
+            };
+            // Along the approach its near end is before the far end of the object.
+            fixture.extent(&pose, &self.direction).0 < self.extent.1 - FINGER_CLEARANCE_M
+                && fingers.any(|(solid, at)| fixture.is_near(solid, &at, FINGER_CLEARANCE_M))
+        });
+        found.map(|fixture| Exclusion::Fixture(fixture.name.clone()))
     }
 
     /// Whether the object fits between the fingers, and the pads touch it.
@@ -178,12 +242,17 @@ impl Grasp {
     }
 }
 
-/// What the hand would touch on its way to `tcp`, or when it closes to `width_m`.
+/// Part of the tips that is between the near end of an object and its far end, when fixtures
+/// beside it are looked for (m).
+const BESIDE_M: f64 = 2.0 * OVERLAP_M;
+
+/// What the hand would touch on its way to `tcp` with this opening, or when it closes to
+/// `width_m`.
 fn blocked(
     hand: &Hand,
     scene: &Scene,
     object: &Body,
-    (tcp, width_m): (&Isometry3<f64>, f64),
+    (tcp, opening_m, width_m): (&Isometry3<f64>, f64, f64),
 ) -> Option<Exclusion> {
     let own = object.pose?;
     let touches_own = hand
@@ -192,7 +261,7 @@ fn blocked(
     if touches_own {
         return Some(Exclusion::Hand);
     }
-    blocked_on_way(hand, scene, object, (tcp, hand.open_width_m))
+    blocked_on_way(hand, scene, object, (tcp, opening_m))
         .or_else(|| touched(hand, scene, object, (tcp, width_m)))
 }
 
@@ -217,10 +286,20 @@ fn touched(
     (tcp, width_m): (&Isometry3<f64>, f64),
 ) -> Option<Exclusion> {
     scene.touched(object, MARGINS_M, |body, margin| {
-        let mut fingers = hand.fingers_at(tcp, width_m);
-        body.is_near(&hand.palm, tcp, margin)
-            || fingers.any(|(solid, at)| body.is_near(solid, &at, margin))
+        is_near(hand, (tcp, width_m), body, margin)
     })
+}
+
+/// Whether a hand with this width is nearer to `body` than `margin` (m).
+pub(crate) fn is_near(
+    hand: &Hand,
+    (tcp, width_m): (&Isometry3<f64>, f64),
+    body: &Body,
+    margin: f64,
+) -> bool {
+    let mut fingers = hand.fingers_at(tcp, width_m);
+    body.is_near(&hand.palm, tcp, margin)
+        || fingers.any(|(solid, at)| body.is_near(solid, &at, margin))
 }
 
 /// The directions in which a shape has two sides to press on.

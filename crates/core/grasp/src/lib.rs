@@ -24,5 +24,5 @@ pub use gripper::{Cup, Gripper, Hand};
 pub use plan::{Grasps, grasps};
 pub use reach::Reach;
 pub use scene::{Body, Scene};
-pub use set_down::{SetDown, set_down};
+pub use set_down::{SetDown, arm_in_the_way, set_down};
 pub use solid::Solid;

@@ -19,6 +19,8 @@ pub struct SetDown<'s> {
     pub object: usize,
     /// Width of the hand that holds it (m); of a cup any.
     pub width_m: f64,
+    /// Distance to which its fingers open then (m).
+    pub opening_m: f64,
     /// Pose of the object.
     pub goal: &'s Isometry3<f64>,
     /// Pose of the TCP.
@@ -31,16 +33,32 @@ pub fn set_down(gripper: &Gripper, scene: &Scene, of: &SetDown<'_>) -> Option<Ex
     let SetDown {
         object,
         width_m,
+        opening_m,
         goal,
         tcp,
     } = *of;
     let body = scene.objects.get(object)?;
     does_not_fit(scene, body, goal).or_else(|| match gripper {
-        Gripper::Fingers(hand) => [width_m, hand.open_width_m]
+        Gripper::Fingers(hand) => [width_m, opening_m]
             .into_iter()
             .find_map(|width_m| fingers::blocked_on_way(hand, scene, body, (tcp, width_m))),
         Gripper::Cup(cup) => cup::blocked(cup, scene, body, tcp),
     })
+}
+
+/// Another arm of the scene that is nearer to the open `gripper` with its TCP at `tcp` (world
+/// frame) than `margin` (m).
+pub fn arm_in_the_way(
+    gripper: &Gripper,
+    scene: &Scene,
+    tcp: &Isometry3<f64>,
+    margin: f64,
+) -> Option<Exclusion> {
+    let found = scene.arms.iter().find(|body| match gripper {
+        Gripper::Fingers(hand) => fingers::is_near(hand, (tcp, hand.open_width_m), body, margin),
+        Gripper::Cup(cup) => body.is_near(&cup.body, tcp, margin),
+    });
+    found.map(|body| Exclusion::Arm(body.name.clone()))
 }
 
 /// What is in the way of an object at `goal`.

@@ -1,10 +1,12 @@
 //! Failures with objects, and the end of a job after too many of them.
 
 use behavior::Status;
-use grasp::Exclusion;
+use grasp::{Exclusion, arm_in_the_way};
+use ipc_types::Pose;
 use robocell_task::{PolicyTime, Reason, TraceEvent};
 
 use crate::geometry;
+use crate::pose::isometry;
 use crate::refusal::Refusal;
 use crate::setup::Tool;
 use crate::suction;
@@ -20,6 +22,8 @@ const OBJECT_PATIENCE_S: f64 = 0.8;
 const HEAVY: f64 = 0.8;
 /// Standard gravity (m/s^2).
 const G: f64 = 9.81;
+/// A motion ends at another arm that is nearer to its end than this (m).
+const ARM_CLEARANCE_M: f64 = 0.05;
 /// An object nearer to its position in the cell file was not moved (m).
 const MOVED_M: f64 = 0.01;
 
@@ -91,22 +95,30 @@ impl World<'_> {
         Status::Failure
     }
 
-    /// Waits for what may leave the way to `object`, or refuses the job with its reason.
-    pub(crate) fn wait_or_refuse(&mut self, object: usize, why: &Exclusion) -> Status {
+    /// Waits for what may leave the way to `object`, or refuses the job with its reason; `since` is
+    /// the start of the wait.
+    pub(crate) fn wait_or_refuse(
+        &mut self,
+        object: usize,
+        why: &Exclusion,
+        since: &mut Option<PolicyTime>,
+    ) -> Status {
         let patience_s = match why {
             Exclusion::Arm(_) => ARM_PATIENCE_S,
             Exclusion::Object(_) => OBJECT_PATIENCE_S,
             _ => 0.0,
         };
         let (now, name) = (self.now(), self.setup.object_name(object));
-        let since = *self.job.unreachable_since.get_or_insert(now);
+        if self.resumed {
+            *since = None;
+        }
+        let since = *since.get_or_insert(now);
         if now.since(since) < PolicyTime::from_seconds(patience_s) {
             if since == now {
                 self.out.log(format_args!("[wait] {name}: {why}"));
             }
             return Status::Running;
         }
-        self.job.unreachable_since = None;
         self.refuse(why.reason(), format_args!("{name}: {why}"))
     }
 
@@ -119,6 +131,16 @@ impl World<'_> {
             .is_some_and(|(began, seen)| {
                 geometry::plane_distance(began.translation.vector, seen) < MOVED_M
             })
+    }
+
+    /// Refuses the job if another arm is where the tool shall be (TCP, world frame).
+    pub(crate) fn refuse_if_arm_blocks(&mut self, tcp: &Pose) -> Option<Status> {
+        let grasping = &self.setup.grasping;
+        let scene = grasping.scene(self.arm, self.observation)?;
+        let gripper = grasping.gripper(self.arm)?;
+        let why = arm_in_the_way(gripper, &scene, &isometry(tcp), ARM_CLEARANCE_M)?;
+        let arm = self.arm_name();
+        Some(self.refuse(why.reason(), format_args!("{arm}: {why}")))
     }
 
     /// `what`, with the controller's reason where it has one.

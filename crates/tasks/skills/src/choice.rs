@@ -17,12 +17,23 @@ const SAME: f64 = 0.99;
 /// The answer to the question how to grip an object.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Choice {
-    /// The TCP, world frame, and a text for the log where it is not the usual grasp.
-    Grasp(Isometry3<f64>, Option<String>),
+    /// The grasp.
+    Grasp(Chosen),
     /// There is none.
     None(Exclusion),
     /// The object is not in the cell, or the arm has no gripper.
     Unknown,
+}
+
+/// A grasp.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Chosen {
+    /// The TCP, world frame.
+    pub(crate) tcp: Isometry3<f64>,
+    /// Distance of the fingers on the way there (m).
+    pub(crate) opening_m: f64,
+    /// A text for the log where it is not the usual grasp.
+    pub(crate) remark: Option<String>,
 }
 
 impl World<'_> {
@@ -38,7 +49,11 @@ impl World<'_> {
         let mut found = grasps(gripper, &scene, object, tool.as_ref());
         self.exclude_unreached(&mut found, failures);
         match nth(&found, failures) {
-            Some(chosen) => Choice::Grasp(chosen.tcp, remark(&found, chosen)),
+            Some(chosen) => Choice::Grasp(Chosen {
+                tcp: chosen.tcp,
+                opening_m: chosen.opening_m,
+                remark: remark(&found, chosen),
+            }),
             None => found
                 .refusal()
                 .map_or(Choice::Unknown, |why| Choice::None(why.clone())),

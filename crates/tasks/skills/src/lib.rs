@@ -56,7 +56,7 @@ pub use pick::Pick;
 pub use place::Place;
 pub use pose::KeptPose;
 pub use progress::{Progress, Step};
-pub use refusal::Refusal;
+pub use refusal::{Refusal, ZoneWait};
 pub use settings::{FileTask, PlaceTable, Places};
 pub use setup::{ArmSetup, ObjectSetup, PlaceSetup, Setup, Tool};
 pub use shared::{Lease, Owner, Recovery, Reservations};

@@ -153,7 +153,7 @@ impl MoveTo {
                     tcp
                 } else {
                     let tcp = world.destination(object, place).ok()?;
-                    *progress.tool.insert(KeptPose::from(&tcp))
+                    *progress.tool.insert(KeptPose::from(&tcp.tcp))
                 };
                 let [x, y, z] = tcp.position;
                 Some(Pose {
@@ -236,12 +236,19 @@ impl Skill for MoveTo {
             progress.next();
         }
         let there = world.drive(&mut progress.step, &drive.near(object));
-        let late = world.now().since(progress.step.began) >= self.timeout;
-        match (there, late) {
-            (true, _) => Status::Success,
-            (false, true) => Status::Failure,
-            (false, false) => Status::Running,
+        if there {
+            return Status::Success;
         }
+        if world.now().since(progress.step.began) < self.timeout {
+            return Status::Running;
+        }
+        if let Some(refused) = world.refuse_if_arm_blocks(&target) {
+            return refused;
+        }
+        let arm = world.arm_name();
+        let why = world.why_not_reached("does not reach its target");
+        world.out.log(format_args!("[retry] {arm} {why}"));
+        Status::Failure
     }
 }
 

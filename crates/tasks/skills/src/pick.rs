@@ -73,7 +73,7 @@ impl Pick {
         let centre = Vector3::from(seen.position);
         if !world.reaches(centre) {
             progress.reset();
-            return self.out_of_reach(world);
+            return self.out_of_reach(progress, world);
         }
         let (Some(anchor), Some(grasp)) = (progress.anchor, progress.tool) else {
             return self.choose(seen, progress, world);
@@ -96,8 +96,9 @@ impl Pick {
         } else {
             Drive::grasp(wire(&tcp), GripperGoal::Open)
         };
+        world.opening_to(progress.open_width_m);
         let there = world.drive(&mut progress.step, &drive.near(Some(self.object)));
-        if there && world.is_open() {
+        if there && world.is_opened_to(progress.open_width_m) {
             if above && self.is_outdated(&tcp, world) {
                 progress.go_to(ABOVE);
                 return self.choose(seen, progress, world);
@@ -105,6 +106,9 @@ impl Pick {
             progress.anchor = Some(at);
             progress.next();
         } else if is_late(progress, world) {
+            if let Some(refused) = world.refuse_if_arm_blocks(&wire(&tcp)) {
+                return refused;
+            }
             let why = world.why_not_reached("is not reached");
             return self.failed(&why, world);
         }
@@ -117,7 +121,7 @@ impl Pick {
         let axis = world.tool().axis();
         let failures = world.job.attempts(self.object).pick;
         match world.choose_grasp(self.object, failures) {
-            Choice::Grasp(now, _) => (tcp * axis).dot(&(now * axis)) < libm::cos(TIPPED_RAD),
+            Choice::Grasp(now) => (tcp * axis).dot(&(now.tcp * axis)) < libm::cos(TIPPED_RAD),
             Choice::None(_) | Choice::Unknown => true,
         }
     }
@@ -126,29 +130,31 @@ impl Pick {
     fn choose(&self, seen: Placement, progress: &mut Progress, world: &mut World<'_>) -> Status {
         let failures = world.job.attempts(self.object).pick;
         let why = match world.choose_grasp(self.object, failures) {
-            Choice::Grasp(tcp, remark) => {
-                world.job.unreachable_since = None;
-                if let Some(remark) = remark {
+            Choice::Grasp(chosen) => {
+                progress.waits = None;
+                if let Some(remark) = chosen.remark {
                     let name = world.setup.object_name(self.object);
                     world.out.log(format_args!("[grasp] {name}: {remark}"));
                 }
                 progress.anchor = Some(seen);
-                progress.tool = Some(KeptPose::from(&(frame(&seen).inverse() * tcp)));
+                progress.tool = Some(KeptPose::from(&(frame(&seen).inverse() * chosen.tcp)));
+                progress.open_width_m = chosen.opening_m;
                 return self.approach(seen, progress, world);
             }
             Choice::Unknown => return Status::Failure,
             Choice::None(why) => why,
         };
         if why == Exclusion::OutOfReach {
-            return self.out_of_reach(world);
+            return self.out_of_reach(progress, world);
         }
-        world.wait_or_refuse(self.object, &why)
+        world.wait_or_refuse(self.object, &why, &mut progress.waits)
     }
 
     /// An object that is where the run began never was in reach; one that left it may come back.
-    fn out_of_reach(&self, world: &mut World<'_>) -> Status {
+    fn out_of_reach(&self, progress: &mut Progress, world: &mut World<'_>) -> Status {
         if world.is_where_it_began(self.object) {
-            return world.wait_or_refuse(self.object, &Exclusion::OutOfReach);
+            let why = Exclusion::OutOfReach;
+            return world.wait_or_refuse(self.object, &why, &mut progress.waits);
         }
         world.wait_for_reach(self.object, reason::OUT_OF_REACH)
     }

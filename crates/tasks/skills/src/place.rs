@@ -12,6 +12,7 @@ use crate::grip;
 use crate::motion::rise;
 use crate::pose::{KeptPose, wire};
 use crate::progress::Progress;
+use crate::set_down::Destination;
 use crate::skill::Skill;
 use crate::world::{Drive, World};
 
@@ -72,7 +73,7 @@ impl Place {
             if world.held() != Some(self.object) {
                 return self.failed("is not in the gripper; it has to be picked first", world);
             }
-            if let Some(refused) = self.refuse(world) {
+            if let Some(refused) = self.refuse(progress, world) {
                 return refused;
             }
         }
@@ -118,12 +119,13 @@ impl Place {
             return None;
         }
         match world.destination(self.object, self.place) {
-            Ok(tcp) => {
+            Ok(Destination { tcp, opening_m }) => {
                 progress.tool = Some(KeptPose::from(&tcp));
+                progress.open_width_m = opening_m;
                 progress.anchor = Some(self.travel(&tcp, world));
                 None
             }
-            Err(why) => Some(self.no_destination(why.as_ref(), world)),
+            Err(why) => Some(self.no_destination(why.as_ref(), progress, world)),
         }
     }
 
@@ -172,17 +174,19 @@ impl Place {
     }
 
     /// Where the object cannot go now.
-    fn refuse(&self, world: &mut World<'_>) -> Option<Status> {
-        if world.held() == Some(self.object)
-            && let Err(why) = world.destination(self.object, self.place)
-        {
-            return Some(self.no_destination(why.as_ref(), world));
+    fn refuse(&self, progress: &mut Progress, world: &mut World<'_>) -> Option<Status> {
+        match world.destination(self.object, self.place) {
+            Ok(_) => None,
+            Err(why) => Some(self.no_destination(why.as_ref(), progress, world)),
         }
-        world.job.unreachable_since = None;
-        None
     }
 
-    fn no_destination(&self, why: Option<&Exclusion>, world: &mut World<'_>) -> Status {
+    fn no_destination(
+        &self,
+        why: Option<&Exclusion>,
+        progress: &mut Progress,
+        world: &mut World<'_>,
+    ) -> Status {
         match why {
             None => self.no_slot(world),
             Some(Exclusion::OutOfReach) => {
@@ -192,7 +196,7 @@ impl Place {
                     format_args!("place '{place}' is out of reach of {arm}"),
                 )
             }
-            Some(why) => world.wait_or_refuse(self.object, why),
+            Some(why) => world.wait_or_refuse(self.object, why, &mut progress.waits),
         }
     }
 
@@ -257,6 +261,16 @@ impl Skill for Place {
         }
         match progress.stage {
             RISE..=LOWER => self.carry(progress, world),
+            _ => self.release(progress, world),
+        }
+    }
+}
+
+impl Place {
+    /// Opens, and moves back.
+    fn release(&self, progress: &mut Progress, world: &mut World<'_>) -> Status {
+        world.opening_to(progress.open_width_m);
+        match progress.stage {
             OPEN => match grip::open(&mut progress.step, world) {
                 Status::Success => {
                     progress.next();

@@ -47,6 +47,10 @@ pub struct Progress {
     pub anchor: Option<Placement>,
     /// TCP of a pick, in the frame of the object's placement; of a set-down, in the world frame.
     pub tool: Option<KeptPose>,
+    /// Distance of the fingers when they open (m); 0 for as far as they open.
+    pub open_width_m: f64,
+    /// Since when it waits for what is in the way.
+    pub waits: Option<PolicyTime>,
     /// Slot of a place, chosen at the start.
     pub slot: Option<u16>,
     /// Decisions in a row in which the object was not in the gripper.

@@ -1,6 +1,6 @@
 //! Where the tool sets the object in the gripper down.
 
-use grasp::{Exclusion, SetDown, set_down};
+use grasp::{Exclusion, Gripper, SetDown, set_down};
 use ipc_types::Pose;
 use nalgebra::{Isometry3, Translation3};
 use robocell_task::job::Placement;
@@ -12,6 +12,25 @@ use crate::world::World;
 /// Heights from which an object is let go (m): one that has slipped in the hand would bring the
 /// finger tips to the table before it is down.
 const RAISED_M: [f64; 3] = [0.0, 0.002, 0.005];
+
+/// Further than they are apart fingers open to release an object beside neighbours (m).
+const RELEASED_M: f64 = 0.012;
+
+/// How an object is set down.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Destination {
+    /// The TCP, world frame.
+    pub(crate) tcp: Isometry3<f64>,
+    /// Distance to which the fingers open then (m).
+    pub(crate) opening_m: f64,
+}
+
+/// Each height with each opening, the lowest and widest first.
+fn raised(openings: &[f64]) -> impl Iterator<Item = (Translation3<f64>, f64)> + '_ {
+    let heights = RAISED_M.map(|height| Translation3::new(0.0, 0.0, height));
+    let with = |height| openings.iter().map(move |opening_m| (height, *opening_m));
+    heights.into_iter().flat_map(with)
+}
 
 impl World<'_> {
     /// The TCP that brings the object in the gripper to `goal`, given its present pose in the
@@ -41,7 +60,7 @@ impl World<'_> {
         &self,
         object: usize,
         place: usize,
-    ) -> Result<Isometry3<f64>, Option<Exclusion>> {
+    ) -> Result<Destination, Option<Exclusion>> {
         let slot = self
             .free_slot(object, place, PLACE_TOLERANCE_M)
             .ok_or(None)?;
@@ -50,29 +69,29 @@ impl World<'_> {
         let grasping = &self.setup.grasping;
         let scene = grasping.scene(self.arm, self.observation);
         let (gripper, scene) = grasping.gripper(self.arm).zip(scene).ok_or(None)?;
-        let width_m = self
-            .observation
-            .arm(self.arm)
-            .map_or(0.0, |arm| arm.gripper.width);
+        let seen = self.observation.arm(self.arm);
+        let width_m = seen.map_or(0.0, |arm| arm.gripper.width);
+        let openings = match gripper {
+            Gripper::Fingers(hand) => vec![hand.open_width_m, width_m + RELEASED_M],
+            Gripper::Cup(_) => vec![0.0],
+        };
         let mut first = None;
-        for raised in RAISED_M.map(|height| Translation3::new(0.0, 0.0, height)) {
+        for (raised, opening_m) in raised(&openings) {
             for (at, tcp) in &ways {
                 let (at, tcp) = (raised * at, raised * tcp);
                 let of = SetDown {
                     object,
                     width_m,
+                    opening_m,
                     goal: &at,
                     tcp: &tcp,
                 };
                 let why = set_down(gripper, &scene, &of)
                     .or_else(|| (!self.is_reached(&tcp)).then_some(Exclusion::OutOfReach));
                 match why {
-                    None => return Ok(tcp),
+                    None => return Ok(Destination { tcp, opening_m }),
                     Some(why) => first = first.or(Some(why)),
                 }
-            }
-            if !matches!(first, Some(Exclusion::Fixture(_))) {
-                break;
             }
         }
         Err(first)

@@ -19,6 +19,7 @@ struct Entry {
     position: [f64; 3],
     orientation_wxyz: [f64; 4],
     gripper: u32,
+    open_width: f64,
 }
 
 /// The goals of all arms as published with the previous decision.
@@ -40,6 +41,8 @@ pub struct PreviousGoal {
     pub target: Pose,
     /// The gripper command that was sent with it.
     pub gripper: GripperGoal,
+    /// Distance of the fingers when they opened last (m); 0 for as far as they open.
+    pub open_width: f64,
 }
 
 impl Default for GoalBook {
@@ -51,6 +54,7 @@ impl Default for GoalBook {
             position: pose.position,
             orientation_wxyz: pose.orientation_wxyz,
             gripper: GripperGoal::Keep.code(),
+            open_width: 0.0,
         };
         Self {
             entries: [entry.clone(), entry],
@@ -75,6 +79,7 @@ impl GoalBook {
                 orientation_wxyz: entry.orientation_wxyz,
             },
             gripper: GripperGoal::from_code(entry.gripper)?,
+            open_width: entry.open_width,
         })
     }
 
@@ -94,6 +99,9 @@ impl GoalBook {
         entry.position = goal.target.position;
         entry.orientation_wxyz = goal.target.orientation_wxyz;
         entry.gripper = goal.gripper;
+        if goal.gripper != GripperGoal::Keep.code() {
+            entry.open_width = goal.open_width;
+        }
         goal.goal_id = entry.goal_id;
     }
 

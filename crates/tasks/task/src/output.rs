@@ -53,6 +53,8 @@ pub struct ArmIntent {
     pub posture: Option<[f64; MAX_JOINTS]>,
     /// Force per finger when closing (N).
     pub grip_force: f64,
+    /// Distance of the fingers when they open (m); 0 for as far as they open.
+    pub open_width: f64,
     /// Direction of the last part of the approach times its length (m), world
     /// frame; zero for a straight attraction.
     pub approach: [f64; 3],
@@ -74,6 +76,7 @@ impl Default for ArmIntent {
             target: Pose::IDENTITY,
             posture: None,
             grip_force: 0.0,
+            open_width: 0.0,
             approach: [0.0; 3],
             approach_std_dev: 0.0,
             // All obstacles by default: a policy that forgets the mask avoids too much, not too
@@ -305,6 +308,7 @@ impl ArmIntent {
             target: self.target,
             posture: self.posture.unwrap_or_default(),
             grip_force: self.grip_force,
+            open_width: self.open_width,
             approach: self.approach,
             approach_std_dev: self.approach_std_dev,
             obstacle_mask: self.obstacle_mask,

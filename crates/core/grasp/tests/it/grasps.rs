@@ -264,6 +264,7 @@ fn an_object_is_set_down_where_it_and_the_hand_fit() {
         let of = SetDown {
             object: 0,
             width_m: 0.05,
+            opening_m: 0.08,
             goal: &goal,
             tcp: &tcp,
         };

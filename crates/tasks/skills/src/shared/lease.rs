@@ -17,6 +17,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::nodes::Context;
 use crate::progress::Step;
+use crate::refusal::ZoneWait;
 use crate::shared;
 use crate::world::World;
 
@@ -32,6 +33,7 @@ const LEASE: &str = "_lease";
 /// Access of a node to a zone.
 #[derive(Clone, Copy, Debug)]
 pub struct Lease {
+    zone: Str,
     me: Str,
     owner: Out<Str>,
     until: Out<f64>,
@@ -45,6 +47,8 @@ impl Lease {
     #[allow(clippy::result_large_err, reason = "happens at load, once")]
     pub fn bind(binder: &mut Binder<'_>, zone: &str) -> Result<Self, BindError> {
         Ok(Self {
+            // A longer name is not bound: its keys are too long as well.
+            zone: Str::new(zone).unwrap_or(Str::EMPTY),
             me: shared::robot(binder)?,
             owner: shared::key(binder, &format!("{zone}{OWNER}"), Str::EMPTY)?,
             until: shared::key(binder, &format!("{zone}{LEASE}"), 0.0)?,
@@ -95,6 +99,8 @@ impl Lease {
 pub struct Turn {
     /// The wait while another arm owns the zone.
     step: Step,
+    /// The log has it.
+    told: bool,
 }
 
 impl Turn {
@@ -106,11 +112,21 @@ impl Turn {
     pub fn comes(&mut self, lease: &Lease, cx: &mut Context<'_, '_>) -> Result<bool, Fault> {
         let mine = lease.take(cx)?;
         if mine {
-            self.step = Step::default();
-        } else {
-            self.wait(cx.world);
+            *self = Self::default();
+            return Ok(true);
         }
-        Ok(mine)
+        let (zone, owner) = (lease.zone, cx.read(&lease.owner)?);
+        let world = &mut *cx.world;
+        self.wait(world);
+        if world.now().since(self.step.began) >= PolicyTime::from_seconds(PATIENCE_S) {
+            world.zone_wait = Some(ZoneWait { zone, owner });
+            if !std::mem::replace(&mut self.told, true) {
+                let arm = world.arm_name();
+                let line = format_args!("[wait] {arm} waits for zone '{zone}', which {owner} owns");
+                world.out.log(line);
+            }
+        }
+        Ok(false)
     }
 
     /// Holds, and after a while moves to the arm's rest pose.

@@ -30,7 +30,7 @@ use robocell_task::job::Job;
 use robocell_task::{Observation, Output, PolicyTime};
 use serde::{Deserialize, Serialize};
 
-use crate::refusal::Refusal;
+use crate::refusal::{Refusal, ZoneWait};
 use crate::setup::{ArmSetup, ObjectSetup, Setup, Tool};
 
 pub use drive::Drive;
@@ -56,10 +56,11 @@ impl ArmMemory {
 
 /// The commands to an arm so far in one decision, for a view that is created again within the
 /// decision.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Told {
     acted: bool,
     gripper: GripperGoal,
+    open_width_m: f64,
 }
 
 /// The view of one arm in one decision.
@@ -85,6 +86,8 @@ pub struct World<'w> {
     /// Why a skill did not start in this decision. A tree, machine or matrix takes it and fails
     /// the job only if its root failed; otherwise [`World::finish`] fails the job.
     pub refusal: Option<Refusal>,
+    /// The zone for which the arm waits, after a while.
+    pub zone_wait: Option<ZoneWait>,
 }
 
 impl<'w> World<'w> {
@@ -106,6 +109,7 @@ impl<'w> World<'w> {
             memory: None,
             told: Told::default(),
             refusal: None,
+            zone_wait: None,
         }
     }
 

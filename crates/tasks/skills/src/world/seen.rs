@@ -137,10 +137,31 @@ impl World<'_> {
                 open_width_m,
                 open_tolerance_m,
                 ..
-            } => arm.gripper.width >= open_width_m - open_tolerance_m,
+            } => {
+                let told = self.out.previous(self.arm).map(|told| told.open_width);
+                let wanted = told.filter(|width| *width > 0.0).unwrap_or(open_width_m);
+                arm.gripper.width >= wanted - open_tolerance_m
+            }
             Tool::Suction => arm.gripper.attached == 0 && arm.gripper.suction == 0,
             Tool::None => true,
         }
+    }
+
+    /// Whether the gripper is open, and its fingers are no farther apart than `width_m` (m; 0 for
+    /// as far as they open).
+    pub(crate) fn is_opened_to(&self, width_m: f64) -> bool {
+        let measured = self
+            .observation
+            .arm(self.arm)
+            .map_or(0.0, |arm| arm.gripper.width);
+        let is_near = |tolerance: f64| width_m <= 0.0 || measured < width_m + tolerance;
+        self.is_open()
+            && match self.tool() {
+                Tool::Fingers {
+                    open_tolerance_m, ..
+                } => is_near(open_tolerance_m),
+                Tool::Suction | Tool::None => true,
+            }
     }
 
     /// Whether the arm reaches a point with the tool straight down (m).

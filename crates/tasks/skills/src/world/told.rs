@@ -26,9 +26,15 @@ impl World<'_> {
             obstacle_mask,
             gripper: self.told.gripper,
             grip_force: self.grip_force(),
+            open_width: self.told.open_width_m,
             ..intent
         };
         self.out.arm(self.arm, intent);
+    }
+
+    /// Fingers that open in this decision do so to this distance (m); 0 for as far as they open.
+    pub(crate) fn opening_to(&mut self, width_m: f64) {
+        self.told.open_width_m = width_m;
     }
 
     /// The arm keeps its target, and the gripper gets `gripper`.

@@ -12,7 +12,7 @@ use behavior::tree::{Library, Tree};
 use behavior::{Graph, NodeStatus, Status, Value};
 use cell_model::Cell;
 use cell_model::cells::replace::Replace;
-use ipc_types::Text;
+use ipc_types::{MAX_ARMS, Text};
 use robocell_task::replaced::replace_leaves;
 use robocell_task::tree_trace::{KeyWatch, TreeTrace};
 use robocell_task::{AnyPolicy, Job, Observation, Output, SetupError, TraceEvent};
@@ -26,7 +26,7 @@ use crate::shared;
 use crate::shared::lease::Zones;
 use crate::skill::Station;
 use crate::world::{ArmMemory, World};
-use tick::was_undone;
+use tick::{fail_deadlock, was_undone};
 
 /// The source of an arm's tree.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -169,6 +169,7 @@ impl AnyPolicy for TreePolicy {
         }
         // Taken before the loop: within one decision all arms are judged by the same state.
         let all_done = self.is_done();
+        let mut waits = [None; MAX_ARMS];
         for arm in 0..self.arms.len() {
             let Some((mut memory, status)) = self.arms.get(arm).map(|it| (it.memory, it.status))
             else {
@@ -186,6 +187,9 @@ impl AnyPolicy for TreePolicy {
             // Also for an arm whose tree was not ticked: it keeps its target, and a drop
             // counts.
             world.finish();
+            if let Some(wait) = waits.get_mut(arm) {
+                *wait = world.zone_wait;
+            }
             if let Some(it) = self.arms.get_mut(arm) {
                 it.memory = memory;
             }
@@ -195,6 +199,7 @@ impl AnyPolicy for TreePolicy {
         }
         let mut world = World::new(&setup, observation, job, out, 0);
         world.report_within(self.is_done(), self.tolerance_m);
+        fail_deadlock(&waits, &mut world);
         // Counted for scripts: two entries of the same phase have the same name.
         if self.shown.advance() && self.is_of_several() {
             job.counters.phase_entry += 1;

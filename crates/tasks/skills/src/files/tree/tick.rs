@@ -3,9 +3,11 @@
 use std::time::Duration;
 
 use behavior::Status;
+use ipc_types::MAX_ARMS;
 use robocell_task::{Job, Observation, Output, TraceEvent};
 
 use super::{SharedBoard, StillDone, TreePolicy};
+use crate::refusal::ZoneWait;
 use crate::world::World;
 
 impl TreePolicy {
@@ -86,6 +88,38 @@ impl TreePolicy {
         }
         it.status = status;
     }
+}
+
+/// Stable name of the failure of arms that wait for each other's zones.
+const DEADLOCK: &str = "deadlock";
+
+/// Fails a job whose arms wait for zones in a circle: none of them would ever continue.
+pub(super) fn fail_deadlock(waits: &[Option<ZoneWait>; MAX_ARMS], world: &mut World<'_>) {
+    let setup = world.setup;
+    let owner = |arm: usize| {
+        waits
+            .get(arm)?
+            .and_then(|wait| setup.arm(wait.owner.as_str()))
+    };
+    let is_in_circle = |first: &usize| {
+        let next = |arm: &usize| owner(*arm);
+        let mut others = std::iter::successors(owner(*first), next).take(MAX_ARMS);
+        others.any(|arm| arm == *first)
+    };
+    let mut circle = (0..MAX_ARMS).filter(is_in_circle).peekable();
+    if circle.peek().is_none() || world.job.failure.is_some() {
+        return;
+    }
+    let names = circle.filter_map(|arm| {
+        let wait = (*waits.get(arm)?)?;
+        let name = &setup.arms.get(arm)?.name;
+        Some(format!(
+            "{name} waits for zone '{}' of {}",
+            wait.zone, wait.owner
+        ))
+    });
+    let why = names.collect::<Vec<_>>().join(", ");
+    world.fail(DEADLOCK, format_args!("deadlock: {why}"));
 }
 
 /// Whether an arm whose tree succeeded has to work again: its work was undone before all arms
