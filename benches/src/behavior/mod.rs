@@ -2,6 +2,7 @@
 //! checkpoint; and the same work in other libraries, in turns within one run. `robocell bench
 //! behavior` starts it.
 
+mod grasps;
 mod instructions;
 pub mod machines;
 mod matrices;
@@ -74,6 +75,7 @@ pub(crate) fn bench(json: bool, peers: Option<&Peers>) -> Result<(), Box<dyn Err
         .notes
         .push(note.unwrap_or_else(|| MISSING.to_owned()));
     report.rows.extend(rounds::times(&mut all));
+    report.rows.extend(grasps::rows()?);
     report.rows.extend(rounds::allocations(&mut all));
     // Instructions are the same on a loaded machine, but need valgrind.
     match instructions::rows(&all) {

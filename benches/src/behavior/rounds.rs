@@ -32,7 +32,8 @@ pub(crate) fn times(all: &mut [Subject]) -> Vec<Row> {
         .collect()
 }
 
-fn row(name: &str, mut samples: Vec<f64>) -> Row {
+/// The row of samples (ns).
+pub(super) fn row(name: &str, mut samples: Vec<f64>) -> Row {
     samples.sort_unstable_by(f64::total_cmp);
     let at = |permille: usize| {
         let rank = (samples.len() * permille).div_ceil(1000).max(1) - 1;
