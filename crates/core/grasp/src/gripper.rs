@@ -5,6 +5,9 @@ use nalgebra::{Isometry3, Translation3, Vector3};
 
 use crate::solid::Solid;
 
+/// Length of the way to a grasp that is checked (m).
+const WAY_M: f64 = 0.1;
+
 /// Share of the grip distance of a cup at which it stops: the arm stops within 4 mm.
 const GAP_SHARE: f64 = 0.3;
 
@@ -57,6 +60,22 @@ impl Gripper {
             })),
             (None, None) => None,
         }
+    }
+}
+
+impl Gripper {
+    /// Radius of a ball about the TCP that contains the tool on its way (m).
+    pub(crate) fn radius(&self) -> f64 {
+        let solid = match self {
+            Self::Fingers(hand) => {
+                let fingers = hand.fingers.iter().map(|(solid, per_width)| {
+                    solid.radius() + hand.open_width_m * per_width.norm()
+                });
+                fingers.fold(hand.palm.radius(), f64::max)
+            }
+            Self::Cup(cup) => cup.body.radius(),
+        };
+        solid + WAY_M
     }
 }
 

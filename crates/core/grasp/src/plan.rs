@@ -22,8 +22,15 @@ pub fn grasps(
     object: usize,
     tool: Option<&Isometry3<f64>>,
 ) -> Grasps {
-    let body = scene.objects.get(object);
-    let Some((body, pose)) = body.and_then(|body| Some((body, body.pose?))) else {
+    let size = scene
+        .objects
+        .get(object)
+        .map_or(0.0, |of| of.solid.radius());
+    let near = scene.around(object, gripper.radius() + size);
+    let near = near.as_ref();
+    let body = near.and_then(|near| near.objects.first());
+    let Some(((body, pose), scene)) = body.and_then(|body| Some((body, body.pose?))).zip(near)
+    else {
         return Grasps::default();
     };
     let mut candidates = match gripper {

@@ -68,6 +68,37 @@ impl Scene {
         }
     }
 
+    /// The object with this index, and the bodies nearer to its centre than `radius_m` (m), which
+    /// are all that a gripper of that size can touch; `None` for an object that is not in the
+    /// cell. The object is the first one.
+    pub(crate) fn around(&self, object: usize, radius_m: f64) -> Option<Self> {
+        let own = self.objects.get(object)?;
+        let centre = own.pose?.translation.vector;
+        let is_near = |body: &Body| {
+            body.pose.is_some_and(|pose| {
+                let apart = (pose.translation.vector - centre).norm();
+                apart < radius_m + body.solid.radius()
+            })
+        };
+        let near = |bodies: &[Body]| {
+            bodies
+                .iter()
+                .filter(|body| is_near(body))
+                .cloned()
+                .collect()
+        };
+        let others = self.objects.iter().enumerate();
+        let others = others.filter(|(index, body)| *index != object && is_near(body));
+        Some(Self {
+            fixtures: near(&self.fixtures),
+            objects: std::iter::once(own)
+                .chain(others.map(|(_, body)| body))
+                .cloned()
+                .collect(),
+            arms: near(&self.arms),
+        })
+    }
+
     /// The first body other than `object` that `is_near` finds: fixtures, then objects, then
     /// arms, each with its margin (m).
     pub(crate) fn touched(

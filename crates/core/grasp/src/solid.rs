@@ -81,6 +81,12 @@ impl Solid {
         })
     }
 
+    /// Radius of a ball about its origin that contains it (m).
+    pub(crate) fn radius(&self) -> f64 {
+        let reach = |part: &Part| part.pose.translation.vector.norm() + part.radius;
+        self.0.iter().map(reach).fold(0.0, f64::max)
+    }
+
     /// The least and the largest coordinate of the body at `at` along a unit `axis` (m).
     pub fn extent(&self, at: &Isometry3<f64>, axis: &Vector3<f64>) -> (f64, f64) {
         let mut extent = (f64::INFINITY, f64::NEG_INFINITY);

@@ -15,6 +15,7 @@ mod fill_bin;
 mod palletize;
 mod planned;
 mod pyramid;
+mod situations;
 mod snapshot;
 mod tower;
 mod two_arms;
