@@ -114,7 +114,7 @@ pub(crate) struct PlanReport {
 /// The requests of one arm and the path that leads it.
 #[derive(Debug)]
 pub(crate) struct Planning {
-    /// Whether paths lead the arm; else only reasons are requested.
+    /// Whether paths lead the arm to every goal; else only out of where it is stuck.
     is_on: bool,
     arm: planner::PlannedArm,
     /// Goal of the last request.
@@ -216,7 +216,7 @@ impl Planning {
         let has_moved = off.is_none_or(|(m, rad)| m > MOVED_M || rad > MOVED_RAD);
         // A path to a goal that jumped leads away from it; motion policies are better until
         // the new path is there.
-        if off.is_none_or(|(m, _)| m > JUMPED_M) {
+        if off.is_none_or(|(m, _)| m > JUMPED_M) || (has_moved && !self.is_on) {
             self.is_following = false;
         }
         let (m, rad) = goal.off_pose(now.tool);
@@ -256,7 +256,11 @@ impl Planning {
         self.not_reached = confirmed(self.not_reached, answer.not_reached);
         // A reason leads no arm: the path in use, if any, stays.
         if self.request.ask == Ask::Reason {
-            self.quiet_until = tick + RETRY_TICKS;
+            self.quiet_until = if self.needs_detour() {
+                tick
+            } else {
+                tick + RETRY_TICKS
+            };
             return;
         }
         self.is_following = answer.follower.is_some();
@@ -264,6 +268,14 @@ impl Planning {
         if answer.not_reached != NotReached::None {
             self.quiet_until = tick + RETRY_TICKS;
         }
+    }
+
+    /// Whether motion policies alone never get out of where the arm is stuck.
+    fn needs_detour(&self) -> bool {
+        matches!(
+            self.not_reached,
+            NotReached::JointLimit | NotReached::LocalMinimum
+        )
     }
 
     /// Counts the ticks for which the arm has been stuck away from its goal.
@@ -286,10 +298,15 @@ impl Planning {
 
     fn wanted(&mut self, tick: u64, is_new: bool) -> Option<Ask> {
         let is_stuck = self.stuck_ticks >= STUCK_TICKS;
-        if !self.is_on {
-            return is_stuck.then_some(Ask::Reason);
+        if !self.is_on && !self.is_following {
+            let ask = if self.needs_detour() {
+                Ask::Detour
+            } else {
+                Ask::Reason
+            };
+            return is_stuck.then_some(ask);
         }
-        if is_new {
+        if self.is_on && is_new {
             return Some(Ask::Path);
         }
         let checks = self.is_following && tick.is_multiple_of(LOOK_TICKS);

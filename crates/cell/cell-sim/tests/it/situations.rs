@@ -201,7 +201,7 @@ fn run(seed: u64) -> (String, Option<String>) {
     )
 }
 
-fn series(seeds: std::ops::RangeInclusive<u64>) {
+fn series(seeds: impl IntoIterator<Item = u64>) {
     let mut wrong = Vec::new();
     let mut ends = std::collections::BTreeMap::<String, u32>::new();
     for seed in seeds {
@@ -217,7 +217,8 @@ fn series(seeds: std::ops::RangeInclusive<u64>) {
 
 #[test]
 fn of_random_objects_are_done_or_refused() {
-    series(1..=12);
+    // In seed 20 motion policies alone end at the limit of a joint.
+    series((1..=10).chain([20]));
 }
 
 #[test]
