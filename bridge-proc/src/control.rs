@@ -44,8 +44,8 @@ pub fn request(
 ) -> Result<OperatorRequest, String> {
     match command {
         Command::Target { arm } => {
-            let message: PoseStamped =
-                decode(payload).ok_or("the message is not a geometry_msgs/msg/PoseStamped in CDR")?;
+            let message: PoseStamped = decode(payload)
+                .ok_or("the message is not a geometry_msgs/msg/PoseStamped in CDR")?;
             // The age first: an old target is refused as old, even if it has other defects.
             check_age(&message, attachment, now)?;
             must_lead(now)?;

@@ -183,9 +183,10 @@ fn pick(setup: &Arc<Setup>) -> NodeType<Station> {
     let setup = Arc::clone(setup);
     NodeType::new(
         "Pick",
-        "Picks an object up from above: above it, down, close, lift. Succeeds at \
-         once with an object that is in the gripper. Starts again when the object \
-         moves; after too many failures in a row the job fails.",
+        "Picks an object up by the best grasp that nothing excludes: before it, to it, \
+         close, lift. Succeeds at once with an object that is in the gripper. Starts \
+         again when the object moves; after a failure it takes the next grasp. Fails \
+         before the arm moves where there is none.",
         move |binder| {
             let object = object(binder, &setup)?;
             able_to_grip(binder, &setup, Some(&object))?;
@@ -206,7 +207,7 @@ fn pick(setup: &Arc<Setup>) -> NodeType<Station> {
     .keywords(&["grasp", "take", "lift"])
     .drives(ARM)
     .input::<Str>("object", "the object")
-    .input_or("clearance_m", 0.1, "height at which the tool travels (m)")
+    .input_or("clearance_m", 0.1, "distance before the grasp, and height of the lift (m)")
     .within(0.0, 1.0)
     .input_or("max_attempts", 5_i64, "failures in a row that fail the job")
     .within(1.0, 1000.0)
@@ -218,8 +219,9 @@ fn place(setup: &Arc<Setup>) -> NodeType<Station> {
     NodeType::new(
         "Place",
         "Brings the object in the gripper to the next free slot of a place: up, \
-         across, down, open, up. Fails when it is lost or does not stay there; \
-         after too many failures in a row the job fails.",
+         across, down, open, up. Fails before the arm moves where it does not fit, and \
+         when it is lost or does not stay there; after too many failures in a row the \
+         job fails.",
         move |binder| {
             let object = object(binder, &setup)?;
             let place = place_named(binder, &setup)?;
