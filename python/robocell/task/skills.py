@@ -146,10 +146,11 @@ def home() -> Skill:
 
 @_renamed(name="object", clearance="clearance_m")
 def pick(object: str, *, clearance_m: float = 0.1, max_attempts: int = 5) -> Skill:
-    """Picks an object up from above: above it, down, close, lift.
+    """Picks an object up by the best grasp that nothing excludes: before it, to it, close, lift.
 
-    Fails when the object is not caught; after ``max_attempts`` failures in a row the
-    job fails.
+    Fails when the object is not caught; after a failure the next grasp is taken, and after
+    ``max_attempts`` failures in a row the job fails. An object without a grasp fails the job
+    before the arm moves, with the reason.
     """
     return Skill.pick(object, float(clearance_m), max_attempts)
 
