@@ -10,7 +10,7 @@ use crate::engine::tag::Tag;
 // Small, so that a weak grip counts; zero would count an object that merely touches both pads.
 const HELD_N: f64 = 0.05;
 /// Contacts whose normal is farther from the closing direction do not press (cosine of 60
-/// degrees): fingers that stand on an object hold nothing.
+/// degrees): fingers that rest on an object hold nothing.
 const PRESSES: f64 = 0.5;
 
 /// Contacts of one tick.

@@ -37,8 +37,8 @@ pub fn grasps(
         Gripper::Fingers(hand) => fingers::candidates(hand, scene, (body, &pose), tool),
         Gripper::Cup(cup) => cup::candidates(cup, scene, (body, &pose), tool),
     };
-    // A stable sort of rounded costs: equal ones keep the order of the shape's axes, whatever the
-    // last bits of an angle are on this machine.
+    // A stable sort of rounded costs: equal ones keep the order of the shape's axes, independent of
+    // the last bits of an angle.
     let rounded = |candidate: &Candidate| (1.0e6 * candidate.cost).round();
     candidates.sort_by(|a, b| rounded(a).total_cmp(&rounded(b)));
     candidates.sort_by_key(|candidate| candidate.excluded.is_some());

@@ -61,7 +61,7 @@ pub fn arm_in_the_way(
     found.map(|body| Exclusion::Arm(body.name.clone()))
 }
 
-/// What is in the way of an object at `goal`.
+/// The body that blocks an object at `goal`.
 fn does_not_fit(scene: &Scene, object: &Body, goal: &Isometry3<f64>) -> Option<Exclusion> {
     let at = Translation3::new(0.0, 0.0, LIFT_M) * goal;
     scene.touched(object, (TOUCHES_M, TOUCHES_M, TOUCHES_M), |body, margin| {

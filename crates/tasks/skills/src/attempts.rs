@@ -122,7 +122,7 @@ impl World<'_> {
         self.refuse(why.reason(), format_args!("{name}: {why}"))
     }
 
-    /// Whether an object is where the cell file has it: nobody moved it.
+    /// Whether an object is where the cell file has it, so it was not moved.
     pub(crate) fn is_where_it_began(&self, object: usize) -> bool {
         let scene = self.setup.grasping.scene_at_start();
         let began = scene.and_then(|scene| scene.objects.get(object)?.pose);

@@ -77,7 +77,7 @@ impl World<'_> {
     }
 }
 
-/// The grasp after this number of failures; they begin again after the last.
+/// The grasp after this number of failures; the first one follows the last.
 fn nth(found: &Grasps, failures: u32) -> Option<&Candidate> {
     let mut different: Vec<&Candidate> = Vec::new();
     for candidate in found.candidates.iter().filter(|of| of.excluded.is_none()) {

@@ -49,7 +49,7 @@ pub struct Progress {
     pub tool: Option<KeptPose>,
     /// Distance of the fingers when they open (m); 0 for as far as they open.
     pub open_width_m: f64,
-    /// Since when it waits for what is in the way.
+    /// Since when it waits for a body that blocks it.
     pub waits: Option<PolicyTime>,
     /// Slot of a place, chosen at the start.
     pub slot: Option<u16>,

@@ -52,8 +52,8 @@ fn shape(random: &mut Random) -> Shape {
         let [w, x, y, z] = [c * h, c * h, s * h, s * h];
         format!("orientation_wxyz = [{w}, {x}, {y}, {z}]")
     };
-    match (6.0 * random.share()) as u32 {
-        0 | 1 => {
+    match 6.0 * random.share() {
+        kind if kind < 2.0 => {
             let (x, y) = (mm(random, 15.0, 75.0), mm(random, 15.0, 75.0));
             let z = mm(random, 4.0, 140.0);
             Shape {
@@ -63,7 +63,7 @@ fn shape(random: &mut Random) -> Shape {
                 orientation: turned(yaw),
             }
         }
-        2 => {
+        kind if kind < 3.0 => {
             let (r, h) = (mm(random, 10.0, 40.0), mm(random, 5.0, 120.0));
             Shape {
                 toml: format!("{{ kind = \"cylinder\", radius_m = {r}, height_m = {h} }}"),
@@ -72,7 +72,7 @@ fn shape(random: &mut Random) -> Shape {
                 orientation: turned(yaw),
             }
         }
-        3 => {
+        kind if kind < 4.0 => {
             let r = mm(random, 12.0, 40.0);
             Shape {
                 toml: format!("{{ kind = \"sphere\", radius_m = {r} }}"),
@@ -83,8 +83,9 @@ fn shape(random: &mut Random) -> Shape {
         }
         kind => {
             let (r, h) = (mm(random, 12.0, 35.0), mm(random, 30.0, 100.0));
-            let name = if kind == 4 { "cylinder" } else { "capsule" };
-            let ends = if kind == 4 { 0.0 } else { r };
+            let is_cylinder = kind < 5.0;
+            let name = if is_cylinder { "cylinder" } else { "capsule" };
+            let ends = if is_cylinder { 0.0 } else { r };
             Shape {
                 toml: format!("{{ kind = \"{name}\", radius_m = {r}, height_m = {h} }}"),
                 height_m: 2.0 * r,
@@ -114,19 +115,19 @@ fn neighbour(name: &str, x: f64, y: f64) -> String {
 fn surroundings(random: &mut Random, of: &str, [x, y]: [f64; 2], radius_m: f64) -> String {
     let gap = between(random, 0.003, 0.06);
     let side = if random.share() < 0.5 { 1.0 } else { -1.0 };
-    match (5.0 * random.share()) as u32 {
-        0 => {
+    match 5.0 * random.share() {
+        kind if kind < 1.0 => {
             let height = between(random, 0.02, 0.08);
             let shape = format!("{{ kind = \"box\", size_m = [0.25, 0.006, {height}] }}");
             let at = [x, y + side * (radius_m + gap + 0.003), 0.5 * height];
             fixture(&format!("{of}_wall"), &shape, at)
         }
-        1 => neighbour(
+        kind if kind < 2.0 => neighbour(
             &format!("{of}_near"),
             x,
             y + side * (radius_m + gap + 0.025),
         ),
-        2 => {
+        kind if kind < 3.0 => {
             let off = radius_m + gap + 0.025;
             neighbour(&format!("{of}_front"), x + off, y)
                 + &neighbour(&format!("{of}_left"), x, y + off)
@@ -173,7 +174,7 @@ fn cell(seed: u64) -> String {
     )
 }
 
-/// The end of the run of a seed, and what is wrong with it.
+/// The outcome of the run of a seed, and the problem if it is not allowed.
 fn run(seed: u64) -> (String, Option<String>) {
     let dir =
         std::env::temp_dir().join(format!("robocell-situation-{seed}-{}", std::process::id()));
@@ -201,6 +202,7 @@ fn run(seed: u64) -> (String, Option<String>) {
     )
 }
 
+#[allow(clippy::print_stdout, reason = "the figures of docs/evaluation.md")]
 fn series(seeds: impl IntoIterator<Item = u64>) {
     let mut wrong = Vec::new();
     let mut ends = std::collections::BTreeMap::<String, u32>::new();

@@ -207,7 +207,11 @@ fn pick(setup: &Arc<Setup>) -> NodeType<Station> {
     .keywords(&["grasp", "take", "lift"])
     .drives(ARM)
     .input::<Str>("object", "the object")
-    .input_or("clearance_m", 0.1, "distance before the grasp, and height of the lift (m)")
+    .input_or(
+        "clearance_m",
+        0.1,
+        "distance before the grasp, and height of the lift (m)",
+    )
     .within(0.0, 1.0)
     .input_or("max_attempts", 5_i64, "failures in a row that fail the job")
     .within(1.0, 1000.0)

@@ -60,14 +60,14 @@ impl ObjectSetup {
         })
     }
 
-    /// Half of its height as it lies or stands at `pose` (m).
+    /// Half of its height at `pose`, with the body axis vertical that is nearest to it (m).
     pub fn half_height_at(&self, pose: &Pose) -> f64 {
         let rotation = geometry::rotation(pose.orientation_wxyz);
         0.5 * sides(&self.shape)[Self::vertical_axis(&rotation)]
     }
 
-    /// How far it is from standing on a side, or lying on a round one (rad, 0 to a quarter of
-    /// pi).
+    /// Angle to the nearest pose at rest: on a side, or a round one with its axis upright or level
+    /// (rad, 0 to about 1).
     pub fn tilt(&self, pose: &Pose) -> f64 {
         let up = geometry::rotation(pose.orientation_wxyz).inverse() * Vector3::z();
         let along = match self.shape {

@@ -87,8 +87,8 @@ impl World<'_> {
         self.setup.grasping.extent(object, &pose, axis)
     }
 
-    /// Half of the height of an object as it lies or stands (m); of one that is not in the cell, as
-    /// if it stood.
+    /// Half of the height of an object on its present side (m); upright for one that is not in the
+    /// cell.
     pub(crate) fn half_height(&self, object: usize) -> f64 {
         let Some(setup) = self.object_setup(object) else {
             return 0.0;
@@ -97,7 +97,7 @@ impl World<'_> {
         seen.map_or(setup.half_height_m, |pose| setup.half_height_at(&pose))
     }
 
-    /// Whether an object stands on a side, or lies on a round one.
+    /// Whether an object is not tilted: on a side, or level on a round one.
     fn is_level(&self, object: usize) -> bool {
         let setup = self.object_setup(object);
         let seen = setup.zip(self.object(object));

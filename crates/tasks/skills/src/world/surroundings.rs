@@ -11,7 +11,8 @@ const ABOVE_HEIGHTS: std::ops::Range<f64> = 0.3..1.5;
 
 /// Clearance of a carried object to the side of what it passes, and above it (m).
 const PASSING_M: f64 = 0.02;
-/// What is higher than this above a carried object is passed at the side, by the controller (m).
+/// A body that is higher than this above a carried object is passed at the side, by the controller
+/// (m).
 const PASSED_ABOVE_M: f64 = 0.3;
 
 impl World<'_> {
