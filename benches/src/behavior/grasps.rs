@@ -7,7 +7,7 @@ use std::hint::black_box;
 use cell_model::{ArmSpec, Cell, Data, Shape};
 use cell_rt::monotonic_ns;
 use cell_sim::eval;
-use grasp::{Body, Gripper, Reach, Scene, grasps};
+use grasp::{Body, Gripper, Reach, Scene, first_grasps};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::rounds::row;
@@ -46,15 +46,11 @@ pub(crate) fn rows() -> Result<Vec<Row>, Box<dyn Error>> {
 fn plan(gripper: &Gripper, scene: &Scene, object: usize, (arm, reach): (&ArmSpec, &mut Reach)) {
     // The scene of a decision is a copy with the observed poses.
     let scene = scene.clone();
-    let mut found = grasps(gripper, &scene, object, None);
-    let (mut searched, mut reached) = (0, false);
-    found.ask_reach(|tcp| {
-        if searched == 8 || reached {
-            return false;
-        }
-        searched += 1;
-        reached = reach.reaches_from(&arm.home, tcp);
-        reached
+    let mut refused = 0;
+    let found = first_grasps(gripper, &scene, (object, None), 1, |tcp| {
+        let reaches = refused < 4 && reach.reaches_from(&arm.home, tcp);
+        refused += usize::from(!reaches);
+        reaches
     });
     black_box(found.best());
 }

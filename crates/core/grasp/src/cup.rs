@@ -24,13 +24,15 @@ struct Face {
     radius_m: f64,
 }
 
-/// All candidates for `object`, which is at `pose`; `tool` is the present pose of the TCP.
+/// The candidates for `object`, which is at `pose`; `tool` is the present pose of the TCP. They are
+/// few, so `add` gets all at once.
 pub(crate) fn candidates(
     cup: &Cup,
     scene: &Scene,
     (object, pose): (&Body, &Isometry3<f64>),
     tool: Option<&Isometry3<f64>>,
-) -> Vec<Candidate> {
+    mut add: impl FnMut(Vec<Candidate>, f64) -> bool,
+) {
     let faces = faces(&object.shape);
     let mut all = Vec::new();
     for face in faces {
@@ -64,7 +66,7 @@ pub(crate) fn candidates(
             excluded,
         });
     }
-    all
+    add(all, f64::INFINITY);
 }
 
 /// `rotation`, turned the short way so that `from` points along `to`.

@@ -47,13 +47,30 @@ impl Closing {
     }
 }
 
-/// All candidates for `object`, which is at `pose`; `tool` is the present pose of the TCP.
+/// The candidates for `object`, which is at `pose`, in groups that differ in opening and depth;
+/// `tool` is the present pose of the TCP. `add` gets the candidates of a group and the least cost
+/// of those that follow, and returns whether it has enough.
 pub(crate) fn candidates(
     hand: &Hand,
     scene: &Scene,
     (object, pose): (&Body, &Isometry3<f64>),
     tool: Option<&Isometry3<f64>>,
-) -> Vec<Candidate> {
+    mut add: impl FnMut(Vec<Candidate>, f64) -> bool,
+) {
+    let mut all = grasps(object, pose, tool);
+    // A stable sort: equal costs keep the order of the shape's axes.
+    all.sort_by(|a, b| a.least_cost.total_cmp(&b.least_cost));
+    for (index, grasp) in all.iter().enumerate() {
+        let next = all.get(index + 1);
+        let least = next.map_or(f64::INFINITY, |next| next.least_cost);
+        if add(grasp.candidates(hand, scene, object), least) {
+            return;
+        }
+    }
+}
+
+/// All directions from which, and in which, fingers close around an object.
+fn grasps(object: &Body, pose: &Isometry3<f64>, tool: Option<&Isometry3<f64>>) -> Vec<Grasp> {
     let mut all = Vec::new();
     let centred = Isometry3::from_parts(Translation3::identity(), pose.rotation);
     for closing in closings(&object.shape, pose) {
@@ -62,15 +79,20 @@ pub(crate) fn candidates(
         for (approach, direction) in approaches(&closing.axis) {
             let extent = object.solid.extent(pose, &direction);
             for axis in [closing.axis, -closing.axis] {
-                let grasp = Grasp {
-                    rotation: rotation(&direction, &axis),
+                let rotation = rotation(&direction, &axis);
+                let turn = tool.map_or(0.0, |tool| tool.rotation.angle_to(&rotation));
+                let least_cost = cost(approach, Depth::Centre) + 0.1 * turn + (high - low);
+                all.push(Grasp {
+                    approach,
+                    rotation,
                     centre: pose.translation.vector + closing.axis * (0.5 * (low + high)),
                     direction,
                     extent,
                     half: closing.half(&direction),
                     width_m: high - low,
-                };
-                grasp.add_candidates(hand, scene, object, (approach, tool), &mut all);
+                    // Rounded, so that equal costs are equal whatever the last bits of an angle.
+                    least_cost: (1.0e6 * least_cost).round() * 1.0e-6,
+                });
             }
         }
     }
@@ -94,6 +116,7 @@ fn cost(approach: Approach, depth: Depth) -> f64 {
 
 /// A grasp whose depth is open.
 struct Grasp {
+    approach: Approach,
     rotation: UnitQuaternion<f64>,
     /// Between the fingers.
     centre: Vector3<f64>,
@@ -104,55 +127,60 @@ struct Grasp {
     /// Half of the face that the pads can touch, along the direction (m).
     half: f64,
     width_m: f64,
+    /// Cost of its cheapest candidate.
+    least_cost: f64,
 }
 
 impl Grasp {
-    /// Adds its candidates with the open hand and, where surroundings exclude them all, with a
-    /// hand that is opened as far as the object needs.
-    fn add_candidates(
-        &self,
-        hand: &Hand,
-        scene: &Scene,
-        object: &Body,
-        (approach, tool): (Approach, Option<&Isometry3<f64>>),
-        all: &mut Vec<Candidate>,
-    ) {
-        let first = all.len();
+    /// Its candidates with the open hand and, where surroundings exclude them all, with a hand that
+    /// is opened as far as the object needs.
+    fn candidates(&self, hand: &Hand, scene: &Scene, object: &Body) -> Vec<Candidate> {
+        let mut all = Vec::new();
         let widths = SIDES_M.map(|side| self.width_m + 2.0 * side);
         let narrower = widths
             .into_iter()
             .filter(|width| *width < hand.open_width_m);
         for opening_m in std::iter::once(hand.open_width_m).chain(narrower) {
             for (depth, at) in self.depths(hand, scene, opening_m) {
-                let tcp = self.tcp(at);
-                let turn = tool.map_or(0.0, |tool| tool.rotation.angle_to(&tcp.rotation));
-                let excluded = self
-                    .misfit(hand, at)
-                    .map(|why| self.beside(hand, scene).unwrap_or(why))
-                    .or_else(|| blocked(hand, scene, object, (&tcp, opening_m, self.width_m)));
-                let narrow = if opening_m < hand.open_width_m {
-                    0.1
-                } else {
-                    0.0
-                };
-                all.push(Candidate {
-                    tcp,
-                    approach,
-                    depth,
-                    width_m: self.width_m,
-                    opening_m,
-                    cost: cost(approach, depth) + 0.1 * turn + self.width_m + narrow,
-                    excluded,
-                });
+                all.push(self.candidate(hand, scene, object, (opening_m, depth, at)));
             }
-            let added = all.get(first..).unwrap_or_default();
-            let is_free = added.iter().any(|of| of.excluded.is_none());
+            let is_free = all.iter().any(|of: &Candidate| of.excluded.is_none());
             let is_wide = self
                 .misfit(hand, self.middle())
                 .is_some_and(|why| matches!(why, Exclusion::TooWide { .. }));
             if is_free || is_wide {
                 break;
             }
+        }
+        all
+    }
+
+    fn candidate(
+        &self,
+        hand: &Hand,
+        scene: &Scene,
+        object: &Body,
+        (opening_m, depth, at): (f64, Depth, f64),
+    ) -> Candidate {
+        let tcp = self.tcp(at);
+        let excluded = self
+            .misfit(hand, at)
+            .map(|why| self.beside(hand, scene).unwrap_or(why))
+            .or_else(|| blocked(hand, scene, object, (&tcp, opening_m, self.width_m)));
+        let narrow = if opening_m < hand.open_width_m {
+            0.1
+        } else {
+            0.0
+        };
+        let of_depth = cost(self.approach, depth) - cost(self.approach, Depth::Centre);
+        Candidate {
+            tcp,
+            approach: self.approach,
+            depth,
+            width_m: self.width_m,
+            opening_m,
+            cost: self.least_cost + of_depth + narrow,
+            excluded,
         }
     }
 

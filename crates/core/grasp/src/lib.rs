@@ -21,7 +21,7 @@ mod solid;
 
 pub use candidate::{Approach, Candidate, Depth, Exclusion};
 pub use gripper::{Cup, Gripper, Hand};
-pub use plan::{Grasps, grasps};
+pub use plan::{Grasps, first_grasps, grasps};
 pub use reach::Reach;
 pub use scene::{Body, Scene};
 pub use set_down::{SetDown, arm_in_the_way, set_down};

@@ -22,6 +22,18 @@ pub fn grasps(
     object: usize,
     tool: Option<&Isometry3<f64>>,
 ) -> Grasps {
+    first_grasps(gripper, scene, (object, tool), usize::MAX, |_| true)
+}
+
+/// As [`grasps`], with those excluded that `reaches` refuses, and only until `enough` are found:
+/// none of those that are left out costs less.
+pub fn first_grasps(
+    gripper: &Gripper,
+    scene: &Scene,
+    (object, tool): (usize, Option<&Isometry3<f64>>),
+    enough: usize,
+    mut reaches: impl FnMut(&Isometry3<f64>) -> bool,
+) -> Grasps {
     let size = scene
         .objects
         .get(object)
@@ -33,16 +45,25 @@ pub fn grasps(
     else {
         return Grasps::default();
     };
-    let mut candidates = match gripper {
-        Gripper::Fingers(hand) => fingers::candidates(hand, scene, (body, &pose), tool),
-        Gripper::Cup(cup) => cup::candidates(cup, scene, (body, &pose), tool),
+    let mut all: Vec<Candidate> = Vec::new();
+    let add = |mut group: Vec<Candidate>, least_cost: f64| {
+        for of in group.iter_mut().filter(|of| of.excluded.is_none()) {
+            of.excluded = (!reaches(&of.tcp)).then_some(Exclusion::OutOfReach);
+        }
+        all.extend(group);
+        let is_best = |of: &&Candidate| of.excluded.is_none() && of.cost <= least_cost;
+        all.iter().filter(is_best).count() >= enough
     };
+    match gripper {
+        Gripper::Fingers(hand) => fingers::candidates(hand, scene, (body, &pose), tool, add),
+        Gripper::Cup(cup) => cup::candidates(cup, scene, (body, &pose), tool, add),
+    }
     // A stable sort of rounded costs: equal ones keep the order of the shape's axes, independent of
     // the last bits of an angle.
     let rounded = |candidate: &Candidate| (1.0e6 * candidate.cost).round();
-    candidates.sort_by(|a, b| rounded(a).total_cmp(&rounded(b)));
-    candidates.sort_by_key(|candidate| candidate.excluded.is_some());
-    Grasps { candidates }
+    all.sort_by(|a, b| rounded(a).total_cmp(&rounded(b)));
+    all.sort_by_key(|candidate| candidate.excluded.is_some());
+    Grasps { candidates: all }
 }
 
 impl Grasps {

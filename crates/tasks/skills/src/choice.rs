@@ -1,15 +1,14 @@
 //! The grasp with which an object is picked up.
 
-use grasp::{Candidate, Exclusion, Grasps, grasps};
+use grasp::{Candidate, Exclusion, Grasps, first_grasps};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use robocell_task::job::Placement;
 
 use crate::pose::{about, isometry};
 use crate::world::World;
 
-/// Candidates whose kinematics are searched in one decision: each refusal takes about a
-/// millisecond.
-const SEARCHED: usize = 8;
+/// Candidates that the kinematics may refuse in one decision: each takes some milliseconds.
+const SEARCHED: usize = 4;
 /// Two grasps whose fingers close along the same line and that come from the same side are the
 /// same one for a retry (cosine).
 const SAME: f64 = 0.99;
@@ -46,8 +45,24 @@ impl World<'_> {
         };
         // The pose in which the wrist is not wound: of equal grasps the nearest to it is taken.
         let tool = self.arm_setup().map(|arm| isometry(&arm.wait));
-        let mut found = grasps(gripper, &scene, object, tool.as_ref());
-        self.exclude_unreached(&mut found, failures);
+        // After a failure all are needed, to find the next one.
+        let enough = if failures == 0 { 1 } else { usize::MAX };
+        let (mut searched, mut reached) = (0, 0);
+        let reaches = |tcp: &Isometry3<f64>| {
+            // Those that are not searched are not known to be in reach.
+            if searched == SEARCHED || reached > failures {
+                return false;
+            }
+            let reaches = grasping.reaches(self.arm, self.joint_positions(), tcp);
+            if reaches {
+                reached += 1;
+            } else {
+                searched += 1;
+            }
+            reaches
+        };
+        let of = (object, tool.as_ref());
+        let found = first_grasps(gripper, &scene, of, enough, reaches);
         match nth(&found, failures) {
             Some(chosen) => Choice::Grasp(Chosen {
                 tcp: chosen.tcp,
@@ -58,22 +73,6 @@ impl World<'_> {
                 .refusal()
                 .map_or(Choice::Unknown, |why| Choice::None(why.clone())),
         }
-    }
-
-    /// Excludes candidates without joint positions, until there are enough for a retry.
-    fn exclude_unreached(&self, found: &mut Grasps, failures: u32) {
-        let from = self.joint_positions();
-        let (mut searched, mut reached) = (0, 0);
-        found.ask_reach(|tcp| {
-            // Those that are not searched are not known to be in reach.
-            if searched == SEARCHED || reached > failures {
-                return false;
-            }
-            searched += 1;
-            let reaches = self.setup.grasping.reaches(self.arm, from, tcp);
-            reached += u32::from(reaches);
-            reaches
-        });
     }
 }
 
