@@ -45,8 +45,13 @@ pub fn first_grasps(
     else {
         return Grasps::default();
     };
+    // Rounded, so that the last bits of an angle decide nothing; a stable sort keeps the order of
+    // the shape's axes.
+    let rounded = |candidate: &Candidate| (1.0e6 * candidate.cost).round();
+    let by_cost = |a: &Candidate, b: &Candidate| rounded(a).total_cmp(&rounded(b));
     let mut all: Vec<Candidate> = Vec::new();
     let add = |mut group: Vec<Candidate>, least_cost: f64| {
+        group.sort_by(by_cost);
         for of in group.iter_mut().filter(|of| of.excluded.is_none()) {
             of.excluded = (!reaches(&of.tcp)).then_some(Exclusion::OutOfReach);
         }
@@ -58,10 +63,7 @@ pub fn first_grasps(
         Gripper::Fingers(hand) => fingers::candidates(hand, scene, (body, &pose), tool, add),
         Gripper::Cup(cup) => cup::candidates(cup, scene, (body, &pose), tool, add),
     }
-    // A stable sort of rounded costs: equal ones keep the order of the shape's axes, independent of
-    // the last bits of an angle.
-    let rounded = |candidate: &Candidate| (1.0e6 * candidate.cost).round();
-    all.sort_by(|a, b| rounded(a).total_cmp(&rounded(b)));
+    all.sort_by(by_cost);
     all.sort_by_key(|candidate| candidate.excluded.is_some());
     Grasps { candidates: all }
 }
