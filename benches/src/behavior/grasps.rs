@@ -48,7 +48,7 @@ fn plan(gripper: &Gripper, scene: &Scene, object: usize, (arm, reach): (&ArmSpec
     let scene = scene.clone();
     let mut refused = 0;
     let found = first_grasps(gripper, &scene, (object, None), 1, |tcp| {
-        let reaches = refused < 4 && reach.reaches_from(&arm.home, tcp);
+        let reaches = refused < 3 && reach.reaches_from(&arm.home, tcp);
         refused += usize::from(!reaches);
         reaches
     });

@@ -47,10 +47,13 @@ impl Reach {
         let goal = self.base.inverse() * tcp;
         let mut tool = Tool::new(&mut self.flow, self.frame, &self.limits);
         let starts = [joint_positions, &self.starts[0], &self.starts[1]];
-        let mut starts = starts.into_iter();
-        starts.any(|start| {
-            tool.solve(start, &goal)
-                .is_some_and(|found| is_near(&found))
+        starts.iter().enumerate().any(|(index, start)| {
+            // The arm is often where it began: the same start gives the same result.
+            let is_new = !starts.iter().take(index).any(|before| before == start);
+            is_new
+                && tool
+                    .solve(start, &goal)
+                    .is_some_and(|found| is_near(&found))
         })
     }
 }

@@ -7,8 +7,9 @@ use robocell_task::job::Placement;
 use crate::pose::{about, isometry};
 use crate::world::World;
 
-/// Candidates that the kinematics may refuse in one decision: each takes some milliseconds.
-const SEARCHED: usize = 4;
+/// Candidates that the kinematics may refuse in one decision: each takes 4 to 9 ms, and after 28 ms
+/// without a decision the arm holds.
+const SEARCHED: usize = 3;
 /// Two grasps whose fingers close along the same line and that come from the same side are the
 /// same one for a retry (cosine).
 const SAME: f64 = 0.99;

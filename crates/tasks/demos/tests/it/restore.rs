@@ -7,6 +7,7 @@ use common::{ALL, BLUE, FakeCell, RED};
 use ipc_types::GripperGoal;
 use ipc_types::decision::Outcome;
 use robocell_task::CheckpointError;
+use robocell_task::checkpoint::VERSION;
 
 fn disturb(cell: &mut FakeCell, step: usize) {
     match step {
@@ -124,10 +125,10 @@ fn damaged_and_foreign_records_are_refused_and_change_nothing() {
         task.restore(&longer),
         Err(CheckpointError::Unreadable(_))
     ));
-    let newer = [&9_u32.to_le_bytes(), &record[4..]].concat();
+    let newer = [&(VERSION + 1).to_le_bytes(), &record[4..]].concat();
     assert!(matches!(
         task.restore(&newer),
-        Err(CheckpointError::Version { found: 9 })
+        Err(CheckpointError::Version { found }) if found == VERSION + 1
     ));
     let reach = Cell::load(&Data::checkout(), "reach", 1, None).unwrap();
     let foreign = demos::policies()
