@@ -11,6 +11,7 @@
 
 mod candidate;
 mod cup;
+mod directions;
 mod fingers;
 mod gripper;
 mod plan;

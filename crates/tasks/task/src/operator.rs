@@ -72,8 +72,10 @@ impl PanelState {
             pause: paused && !self.paused,
             resume: !paused && self.paused,
         };
-        // A reset cancels earlier requests, in a pause, too.
-        if change.pause || change.reset {
+        // Requests from before a pause do not move the arm in it. One that arrives between the last
+        // decision and the first of the pause counts as one of the pause: on a busy machine both are
+        // in one state. A reset cancels earlier requests, in a pause, too.
+        if change.first || !paused || change.reset {
             self.target_seq_at_pause = panel.target_seq;
             self.gripper_seq_at_pause = panel.gripper_seq;
         }

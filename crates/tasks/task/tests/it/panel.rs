@@ -38,6 +38,23 @@ fn the_operator_moves_one_arm_and_the_other_holds() {
 }
 
 #[test]
+fn a_target_in_the_state_that_pauses_is_followed_and_an_older_one_is_not() {
+    let mut bench = Bench::new(Plan::default());
+    bench.decide_times(2);
+    point_at(&mut bench, 1);
+    bench.decide();
+    bench.state.panel.task_paused = 1;
+    bench.decide();
+    assert_eq!(bench.goals(), [HOLDS; 2], "from before the pause");
+    bench.state.panel.task_paused = 0;
+    bench.decide();
+    bench.state.panel.task_paused = 1;
+    point_at(&mut bench, 1);
+    bench.decide();
+    assert_eq!(bench.goals()[1].0, GoalKind::Pose.code());
+}
+
+#[test]
 fn a_gripper_closes_for_the_operator_with_the_force_of_the_task() {
     let mut bench = paused();
     let panel = &mut bench.state.panel;
