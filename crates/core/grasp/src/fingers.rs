@@ -63,7 +63,7 @@ fn grasps(object: &Body, pose: &Isometry3<f64>, tool: Option<&Isometry3<f64>>) -
                     extent,
                     half: closing.half(&direction),
                     width_m: high - low,
-                    // Rounded, so that equal costs are equal whatever the last bits of an angle.
+                    // Rounded, so that the last bits of an angle decide nothing.
                     least_cost: (1.0e6 * least_cost).round() * 1.0e-6,
                 });
             }

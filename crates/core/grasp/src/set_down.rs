@@ -7,7 +7,7 @@ use crate::gripper::Gripper;
 use crate::scene::{Body, Scene};
 use crate::{cup, fingers};
 
-/// The object is checked this far above its place (m): there it touches what it shall rest on.
+/// The object is checked this far above its place (m): at the place itself it touches its support.
 const LIFT_M: f64 = 0.001;
 /// Nearer than this it touches (m).
 const TOUCHES_M: f64 = 0.0005;

@@ -9,7 +9,7 @@ const ON_TOP_HEIGHTS: f64 = 0.9;
 /// Its centre is between these many heights above the other's.
 const ABOVE_HEIGHTS: std::ops::Range<f64> = 0.3..1.5;
 
-/// Clearance of a carried object to the side of what it passes, and above it (m).
+/// Clearance of a carried object to the sides and to the top of a body that it passes (m).
 const PASSING_M: f64 = 0.02;
 /// A body that is higher than this above a carried object is passed at the side, by the controller
 /// (m).
