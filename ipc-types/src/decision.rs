@@ -18,6 +18,8 @@ pub const PHASE_BYTES: usize = 32;
 pub const POLICY_BYTES: usize = 16;
 /// Bytes of the name of a reason.
 pub const REASON_BYTES: usize = 48;
+/// Bytes of the text about a wait.
+pub const WAIT_BYTES: usize = 96;
 
 /// [`ArmGoal::selector`] of RMPflow that planned paths lead around obstacles.
 pub const PLANNED: u32 = 3;
@@ -134,6 +136,9 @@ wire! {
         pub policy: Text<POLICY_BYTES>,
         /// Stable name of the outcome's reason, `like_this`, empty if none.
         pub reason: Text<REASON_BYTES>,
+        /// What an arm has been waiting for, for people: `left: zone 'press', which right owns`;
+        /// empty if none waits.
+        pub wait: Text<WAIT_BYTES>,
         /// Counts entries into a phase, from 1 up.
         pub phase_entry: u32,
         /// Held objects that were lost.
@@ -194,6 +199,7 @@ impl Validate for Decision {
         self.phase.check("phase")?;
         self.policy.check("policy")?;
         self.reason.check("reason")?;
+        self.wait.check("wait")?;
         self.break_name.check("break_name")
     }
 }

@@ -47,6 +47,8 @@ pub(crate) struct Status {
     phase: Option<String>,
     /// Stable name of the reason, if any.
     reason: Option<String>,
+    /// What an arm has been waiting for, if any.
+    wait: Option<String>,
     /// Objects in place, by name.
     placed: Vec<String>,
     drops: u32,
@@ -152,6 +154,9 @@ pub(super) fn describe(session: &Session, picture: &Picture, cell: &Cell) -> Sta
         reason: decision
             .map(|d| d.reason.as_str().to_owned())
             .filter(|r| !r.is_empty()),
+        wait: decision
+            .map(|d| d.wait.as_str().to_owned())
+            .filter(|w| !w.is_empty()),
         placed: decision.map_or_else(Vec::new, |d| placed(cell, d)),
         drops: decision.map_or(0, |d| d.drops),
         resyncs: decision.map_or(0, |d| d.resyncs),
@@ -265,6 +270,9 @@ fn print(status: &Status) {
         status.aborts,
         status.limit_violations
     ));
+    if let Some(wait) = &status.wait {
+        say::line(format_args!("waiting: {wait}"));
+    }
     status.arms.iter().for_each(say::line);
     let waits = |conveyor: &Conveyor| conveyor.waits_for;
     if let Some(command) = status.conveyor.as_ref().and_then(waits) {

@@ -160,6 +160,7 @@ fn task(input: &StatusInput<'_>) -> Value {
         "outcome": outcome.map_or("idle", outcome_name),
         "phase": decision.map_or("", |d| d.phase.as_str()),
         "reason": decision.map_or("", |d| d.reason.as_str()),
+        "wait": decision.map_or("", |d| d.wait.as_str()),
         "drops": count(|d| d.drops),
         "resyncs": count(|d| d.resyncs),
         "aborts": count(|d| d.aborts),

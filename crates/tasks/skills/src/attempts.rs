@@ -3,6 +3,7 @@
 use behavior::Status;
 use grasp::{Exclusion, arm_in_the_way};
 use ipc_types::Pose;
+use robocell_task::job::Attempts;
 use robocell_task::{PolicyTime, Reason, TraceEvent};
 
 use crate::geometry;
@@ -36,6 +37,23 @@ pub(crate) struct BrokenGrip {
 }
 
 impl World<'_> {
+    /// The arm's failures with an object.
+    pub fn attempts(&self, object: usize) -> Attempts {
+        self.job.attempts(self.arm, object)
+    }
+
+    /// The arm's failures with an object, to change.
+    pub fn attempts_mut(&mut self, object: usize) -> Option<&mut Attempts> {
+        self.job.attempts_mut(self.arm, object)
+    }
+
+    /// Ends the wait of [`World::wait_for_reach`].
+    pub fn note_in_reach(&mut self) {
+        if let Some(wait) = self.job.unreachable_since.get_mut(self.arm) {
+            *wait = None;
+        }
+    }
+
     /// Counts a drop, and logs it.
     pub fn note_drop(&mut self, object: usize) {
         self.job.counters.drops += 1;
@@ -58,7 +76,7 @@ impl World<'_> {
 
     /// Counts a failed pick-up of an object. After `most` in a row the job fails with `reason`.
     pub fn count_failed_pick(&mut self, object: usize, most: u32, reason: &str) {
-        let Some(attempts) = self.job.attempts_mut(object) else {
+        let Some(attempts) = self.attempts_mut(object) else {
             return;
         };
         attempts.pick += 1;
@@ -72,7 +90,7 @@ impl World<'_> {
     /// Counts a set-down whose object did not stay in place. After `most` in a row the job
     /// fails with `reason`.
     pub fn count_failed_place(&mut self, object: usize, most: u32, reason: &str) {
-        let Some(attempts) = self.job.attempts_mut(object) else {
+        let Some(attempts) = self.attempts_mut(object) else {
             return;
         };
         attempts.place += 1;
@@ -117,6 +135,7 @@ impl World<'_> {
             if since == now {
                 self.out.log(format_args!("[wait] {name}: {why}"));
             }
+            self.note_wait(since, format_args!("{name}: {why}"));
             return Status::Running;
         }
         self.refuse(why.reason(), format_args!("{name}: {why}"))
@@ -184,20 +203,24 @@ impl World<'_> {
     }
 
     /// Waits for an object that is out of reach. Returns failure, and fails the job with
-    /// `reason`, if it stays there. `Job::unreachable_since` has to be cleared when the object
-    /// is within reach again.
+    /// `reason`, if it stays there. [`World::note_in_reach`] ends the wait when the object is within
+    /// reach again.
     pub fn wait_for_reach(&mut self, object: usize, reason: &str) -> Status {
         let now = self.now();
         let setup = self.setup;
         let name = setup.object_name(object);
         // The start of the wait is in the job, not in the skill: another skill continues the
         // same wait.
-        let Some(since) = self.job.unreachable_since else {
+        let Some(wait) = self.job.unreachable_since.get_mut(self.arm) else {
+            return Status::Failure;
+        };
+        let Some(since) = *wait else {
+            *wait = Some(now);
             self.out.log(format_args!("[wait] {name} is out of reach"));
-            self.job.unreachable_since = Some(now);
             return Status::Running;
         };
         if now.since(since) < PolicyTime::from_seconds(REACH_PATIENCE_S) {
+            self.note_wait(since, format_args!("{name} is out of reach"));
             return Status::Running;
         }
         self.fail(reason, format_args!("{name} stayed out of reach"));

@@ -119,7 +119,7 @@ impl Pick {
     /// the grasp was chosen.
     fn is_outdated(&self, tcp: &Isometry3<f64>, world: &World<'_>) -> bool {
         let axis = world.tool().axis();
-        let failures = world.job.attempts(self.object).pick;
+        let failures = world.attempts(self.object).pick;
         match world.choose_grasp(self.object, failures) {
             Choice::Grasp(now) => (tcp * axis).dot(&(now.tcp * axis)) < libm::cos(TIPPED_RAD),
             Choice::None(_) | Choice::Unknown => true,
@@ -128,7 +128,7 @@ impl Pick {
 
     /// Chooses a grasp, or says why there is none.
     fn choose(&self, seen: Placement, progress: &mut Progress, world: &mut World<'_>) -> Status {
-        let failures = world.job.attempts(self.object).pick;
+        let failures = world.attempts(self.object).pick;
         let why = match world.choose_grasp(self.object, failures) {
             Choice::Grasp(chosen) => {
                 progress.waits = None;
@@ -208,7 +208,7 @@ impl Pick {
             ..Drive::precise(target, GripperGoal::Close)
         };
         if world.drive(&mut progress.step, &drive.near(Some(self.object))) {
-            if let Some(attempts) = world.job.attempts_mut(self.object) {
+            if let Some(attempts) = world.attempts_mut(self.object) {
                 attempts.pick = 0;
             }
             return Status::Success;
@@ -260,7 +260,7 @@ impl Skill for Pick {
             progress.reset();
         }
         if world.reaches(seen.position.into()) {
-            world.job.unreachable_since = None;
+            world.note_in_reach();
         }
         match progress.stage {
             CLEAR => self.clear(progress, world),

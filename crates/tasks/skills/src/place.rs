@@ -164,7 +164,7 @@ impl Place {
         {
             return self.failed("is not in its place", world);
         }
-        if let Some(attempts) = world.job.attempts_mut(self.object) {
+        if let Some(attempts) = world.attempts_mut(self.object) {
             *attempts = Attempts::default();
         }
         let setup = world.setup;

@@ -1,6 +1,7 @@
 //! The part of the checkpoint that all policies of a demo share: a policy of another kind
 //! can continue the job from it.
 
+use ipc_types::MAX_ARMS;
 use serde::{Deserialize, Serialize};
 
 use crate::reason::Reason;
@@ -36,7 +37,7 @@ pub struct Counters {
 // A larger one is damage, and adding to it could overflow.
 pub const MOST_COUNTED: u32 = 1 << 30;
 
-/// Failures of one object, in a row.
+/// Failures of one arm with one object, in a row.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Attempts {
     /// Pick-ups that lost it.
@@ -67,16 +68,16 @@ pub struct Job {
     pub aborted: bool,
     /// Objects where they belong, by index in the cell file.
     pub placed: Vec<u32>,
-    /// By object index.
-    pub attempts: Vec<Attempts>,
+    /// By object index, and by arm: what one arm cannot grip another may.
+    pub attempts: Vec<[Attempts; MAX_ARMS]>,
     /// What happened so far.
     pub counters: Counters,
     /// Why the job failed, if it did.
     pub failure: Option<Reason>,
     /// All objects were in place at the last decision.
     pub done: bool,
-    /// Since when the next object is out of reach.
-    pub unreachable_since: Option<PolicyTime>,
+    /// Since when the next object of an arm is out of its reach.
+    pub unreachable_since: [Option<PolicyTime>; MAX_ARMS],
     /// The start event was given, for the demos that wait for one.
     pub started: bool,
     /// Outputs to the equipment.
@@ -91,7 +92,7 @@ impl Job {
         Self {
             // The list has its full size from the start: no decision allocates memory for it.
             placed: Vec::with_capacity(ipc_types::decision::MAX_PLACED),
-            attempts: vec![Attempts::default(); objects],
+            attempts: vec![Default::default(); objects],
             ..Self::default()
         }
     }
@@ -127,19 +128,20 @@ impl Job {
     /// Clears a failure and its causes, when the operator requests another attempt.
     pub(crate) fn retry(&mut self) {
         self.failure = None;
-        self.unreachable_since = None;
+        self.unreachable_since = Default::default();
         // The attempts too: with a spent budget the first new failure would end the job again.
-        self.attempts.fill(Attempts::default());
+        self.attempts.fill(Default::default());
     }
 
-    /// The failures of object `index`.
-    pub fn attempts(&self, index: usize) -> Attempts {
-        self.attempts.get(index).copied().unwrap_or_default()
+    /// The failures of `arm` with an object.
+    pub fn attempts(&self, arm: usize, object: usize) -> Attempts {
+        let of = self.attempts.get(object).and_then(|arms| arms.get(arm));
+        of.copied().unwrap_or_default()
     }
 
-    /// The failures of object `index`, to change.
-    pub fn attempts_mut(&mut self, index: usize) -> Option<&mut Attempts> {
-        self.attempts.get_mut(index)
+    /// The failures of `arm` with an object, to change.
+    pub fn attempts_mut(&mut self, arm: usize, object: usize) -> Option<&mut Attempts> {
+        self.attempts.get_mut(object)?.get_mut(arm)
     }
 
     /// Whether no counter is beyond what a run can reach: they are counted on.
@@ -151,7 +153,12 @@ impl Job {
             .into_iter()
             .chain([counters.aborts, counters.recoveries])
             .chain([io.drop_parts, io.add_bin])
-            .chain(self.attempts.iter().flat_map(|a| [a.pick, a.place]))
+            .chain(
+                self.attempts
+                    .iter()
+                    .flatten()
+                    .flat_map(|a| [a.pick, a.place]),
+            )
             .all(few)
             && self.newest_key < u64::from(MOST_COUNTED)
     }

@@ -1,7 +1,7 @@
 //! The output of a policy in one decision, and its conversion to a message.
 
 use behavior::NodeStatus;
-use ipc_types::decision::{GoalKind, Outcome};
+use ipc_types::decision::{GoalKind, Outcome, WAIT_BYTES};
 use ipc_types::trace::{LINE_BYTES, TraceEvent, TraceKind};
 use ipc_types::{ArmGoal, Decision, GripperGoal, MAX_ARMS, MAX_JOINTS, Pose, Text, Wire};
 
@@ -104,6 +104,8 @@ pub struct Output {
     pub outcome: Outcome,
     /// Stable name of the reason, empty if none.
     pub reason: Text<{ Reason::MAX_BYTES }>,
+    /// See [`Decision::wait`].
+    pub wait: Text<WAIT_BYTES>,
 }
 
 impl Output {
@@ -119,6 +121,7 @@ impl Output {
         self.phase = Text::EMPTY;
         self.outcome = Outcome::Running;
         self.reason = Text::EMPTY;
+        self.wait = Text::EMPTY;
     }
 
     /// Sets what `arm` shall do; an arm that does not exist is ignored.
@@ -283,6 +286,7 @@ impl Output {
         decision.outcome = self.outcome.code();
         decision.phase = self.phase;
         decision.reason = self.reason;
+        decision.wait = self.wait;
         trace.append(&mut self.lines);
     }
 }

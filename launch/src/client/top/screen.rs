@@ -73,8 +73,12 @@ fn task(view: &View) -> String {
         |d| {
             let outcome = word(d.outcome);
             let waits = waits_for(&outcome);
+            let wait = match d.wait.as_str() {
+                "" => String::new(),
+                wait => format!("  waiting: {wait}"),
+            };
             format!(
-                "{}: {outcome}{waits} {}  phase {}  placed {}  drops {}  resyncs {}  aborts {}",
+                "{}: {outcome}{waits} {}  phase {}  placed {}  drops {}  resyncs {}  aborts {}{wait}",
                 d.policy, d.reason, d.phase, d.placed_count, d.drops, d.resyncs, d.aborts
             )
         },

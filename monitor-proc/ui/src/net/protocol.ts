@@ -158,6 +158,8 @@ export interface Status {
     outcome: "idle" | "running" | "done" | "failed" | "paused";
     phase: string;
     reason: string;
+    /** What an arm has been waiting for; empty if none waits. */
+    wait: string;
     drops: number;
     resyncs: number;
     aborts: number;

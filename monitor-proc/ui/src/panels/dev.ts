@@ -65,7 +65,7 @@ function status(placed: string[], phase: string): Status {
   return {
     processes: [process("physics", 1000, 62), process("controller", 1000, 88, "3 cycles missed at 41.2 s: state came late"), process("task", 100, 140), process("monitor", 60, 900)],
     task: {
-      policy: "fsm", outcome: "running", phase, reason: "", drops: 1, resyncs: 2, aborts: 0, recoveries: 1, placed,
+      policy: "fsm", outcome: "running", phase, reason: "", wait: "", drops: 1, resyncs: 2, aborts: 0, recoveries: 1, placed,
       decision_age_ms: 7, limit_violations: 0, obstacle_contacts: 0, self_contacts: 0,
       started: true, io: { conveyor_running: false },
     },

@@ -73,7 +73,7 @@ pub(super) fn rest(turn: &mut Turn<'_>) -> Next {
     let (job, out) = (&mut *turn.world.job, &mut *turn.world.out);
     if in_place {
         out.log(format_args!("[placed] {name}"));
-        if let Some(attempts) = job.attempts_mut(object) {
+        if let Some(attempts) = job.attempts_mut(0, object) {
             *attempts = Attempts::default();
         }
         return Next::Stay;
@@ -84,7 +84,7 @@ pub(super) fn rest(turn: &mut Turn<'_>) -> Next {
     // Not in its slot: it may have slid or fallen, so the bin is picked up again; each bin has
     // its own number of attempts.
     job.counters.recoveries += 1;
-    if let Some(attempts) = job.attempts_mut(object) {
+    if let Some(attempts) = job.attempts_mut(0, object) {
         attempts.place += 1;
         if attempts.place > turn.of.task.max_attempts {
             job.fail(Failure::BinCannotBePlaced.reason());

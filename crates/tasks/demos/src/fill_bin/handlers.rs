@@ -102,7 +102,7 @@ pub(super) fn lift(turn: &mut Turn<'_>) -> Next {
 pub(super) fn ask_for_parts(turn: &mut Turn<'_>) -> Next {
     let (of, job) = (turn.of, &mut *turn.world.job);
     // Held under the dispenser: failed pick-ups count in a row only.
-    if let Some(attempts) = job.attempts_mut(of.bin) {
+    if let Some(attempts) = job.attempts_mut(0, of.bin) {
         attempts.pick = 0;
     }
     if turn.memory.broke && !job.done {

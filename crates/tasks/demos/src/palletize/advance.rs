@@ -300,7 +300,7 @@ fn choose_place(work: &mut Work, view: &View<'_>) {
 }
 
 fn attempts<'j>(work: &Work, view: &View<'_>, job: &'j mut Job) -> Option<&'j mut Attempts> {
-    job.attempts_mut(view.setup.bins.get(work.bin)?.object)
+    job.attempts_mut(0, view.setup.bins.get(work.bin)?.object)
 }
 
 /// Counts a failure with a bin; returns how many in a row there are of its kind.

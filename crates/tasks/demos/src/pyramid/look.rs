@@ -2,8 +2,8 @@
 
 use behavior::value::Set;
 use nalgebra::Vector3;
-use robocell_skills::World;
 use robocell_skills::fingers::Ways;
+use robocell_skills::{ArmSetup, World};
 use robocell_task::job::Placement;
 
 use super::setup::Pyramid;
@@ -16,6 +16,8 @@ const CLEAR_EDGES: f64 = 2.2;
 /// A cube nearer to a TCP than the start of a pick-up and this many cube edges may be about to
 /// be gripped.
 const AT_GRIPPER_EDGES: f64 = 0.4;
+/// Share of the tolerance within which a cube is in place that carries another one.
+const CARRYING_SHARE: f64 = 0.5;
 /// Candidates for a clear place, relative to the stack (cube edges): there has to be more room
 /// in the direction in which the fingers close than across it.
 const BESIDE_EDGES: [[f64; 2]; 8] = [
@@ -95,13 +97,99 @@ impl Look<'_, '_> {
             && !self.world.is_held(cube)
     }
 
+    /// Whether the arm can fetch a cube at a position (m): one within its reach, or one that no
+    /// arm has in reach and that it gets to when it is stretched.
+    pub(super) fn reaches(&self, position: Vector3<f64>) -> bool {
+        let Some(arm) = self.world.arm_setup() else {
+            return false;
+        };
+        let task = &self.job.task;
+        let stretched = task.stretched_reach_m.unwrap_or(task.reach_m);
+        self.world.reaches(position)
+            || arm.is_within(position, stretched) && !self.world.is_reached_by_another(position)
+    }
+
+    /// Whether the arm's stack is whole, so that it fetches cubes for others only.
+    pub(super) fn is_whole(&self) -> bool {
+        self.layers(self.world.arm) == self.job.task.required_count as usize
+    }
+
+    /// Whether the arm has to fetch a cube for another arm, now that its own stack is whole.
+    pub(super) fn helps(&self) -> bool {
+        self.is_whole() && self.job.cubes.iter().any(|cube| self.is_for_another(*cube))
+    }
+
+    /// Whether only this arm reaches a cube, and another arm needs it: it reaches fewer free cubes
+    /// than its stack lacks.
+    pub(super) fn is_for_another(&self, cube: usize) -> bool {
+        let Some(position) = self.world.position(cube).filter(|_| self.is_loose(cube)) else {
+            return false;
+        };
+        let arms = || self.world.setup.arms.iter().enumerate();
+        let reached = |arm: &ArmSetup| {
+            let loose = self.job.cubes.iter().filter(|cube| self.is_loose(**cube));
+            let positions = loose.filter_map(|cube| self.world.position(*cube));
+            positions.filter(|position| arm.reaches(*position)).count()
+        };
+        self.reaches(position)
+            && !self.world.is_reached_by_another(position)
+            && arms()
+                .filter(|(arm, _)| *arm != self.world.arm)
+                .any(|(arm, setup)| {
+                    let lacks = self.job.task.required_count as usize - self.layers(arm);
+                    reached(setup) < lacks
+                })
+    }
+
+    /// Whether a cube is in no stack.
+    fn is_loose(&self, cube: usize) -> bool {
+        let mut arms = 0..self.world.setup.arms.len();
+        !arms.any(|arm| self.layer_of(cube, arm).is_some())
+    }
+
+    /// The layer of an arm's stack that a cube is in. Below another layer it has to be nearer to
+    /// its goal: one that is half an edge off does not carry the next cube.
+    fn layer_of(&self, cube: usize, arm: usize) -> Option<usize> {
+        let task = &self.job.task;
+        let slot_within = |tolerance| self.world.slot_of(cube, arm, tolerance);
+        let layer = slot_within(task.goal_tolerance_m)?;
+        let carries = layer + 1 < task.required_count as usize;
+        if carries {
+            return slot_within(CARRYING_SHARE * task.goal_tolerance_m);
+        }
+        Some(layer)
+    }
+
+    /// Layers of an arm's stack, from the table up without a gap, and no more than it needs.
+    fn layers(&self, arm: usize) -> usize {
+        let is_filled = |layer: &usize| {
+            let mut cubes = self.job.cubes.iter();
+            cubes.any(|cube| self.layer_of(*cube, arm) == Some(*layer))
+        };
+        let needed = 0..self.job.task.required_count as usize;
+        needed.take_while(is_filled).count()
+    }
+
+    /// The highest cube of the arm's `stack`, while it covers a cube beside the stack that is in the
+    /// way of the next one.
+    pub(super) fn top_over_obstacle(&self, stack: Set) -> Option<usize> {
+        let top = stack.len().checked_sub(1)? as usize;
+        let is_blocked =
+            |cube: &&usize| self.is_in_the_way(stack, **cube) && self.world.is_covered(**cube);
+        self.job.cubes.iter().find(is_blocked)?;
+        let is_top = |cube: &usize| {
+            stack.contains(self.job.item(*cube))
+                && self.layer_of(*cube, self.world.arm) == Some(top)
+        };
+        self.job.cubes.iter().copied().find(is_top)
+    }
+
     /// The cubes of `among` in the arm's stack, from the table up without a gap.
     pub(super) fn stack(&self, among: Set) -> Set {
-        let (arm, tolerance) = (self.world.arm, self.job.task.goal_tolerance_m);
         let in_layer = |layer| {
             let mut cubes = self.job.items();
             let found = cubes.find(|(item, cube)| {
-                among.contains(*item) && self.world.slot_of(*cube, arm, tolerance) == Some(layer)
+                among.contains(*item) && self.layer_of(*cube, self.world.arm) == Some(layer)
             });
             found.map(|(item, _)| item)
         };
@@ -112,14 +200,15 @@ impl Look<'_, '_> {
     }
 
     /// The goal of `cube`: onto the arm's `stack`, or, while other cubes are in the way of
-    /// that, a clear place beside it.
+    /// that or the stack is whole, a clear place beside it.
     pub(super) fn goal_of(&self, stack: Set, cube: usize) -> Option<Goal> {
         let on_stack = Goal {
             place: self.goal(cube, stack.len() as usize)?,
             aside: false,
         };
         let mut others = self.others(cube);
-        if !others.any(|(other, _)| self.is_in_the_way(stack, other)) {
+        let is_blocked = others.any(|(other, _)| self.is_in_the_way(stack, other));
+        if !is_blocked && !self.is_whole() {
             return Some(on_stack);
         }
         let table = self.goal(cube, 0)?;

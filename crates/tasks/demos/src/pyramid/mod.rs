@@ -31,6 +31,7 @@ use robocell_task::{Kind, SetupError};
 
 pub use setup::Pyramid;
 
+use look::Look;
 use numbers::PyramidTask;
 
 /// The demo whose cubes and arms the names in a tree file refer to.
@@ -69,7 +70,10 @@ pub fn policy(task: &PyramidTask, cell: &Cell) -> Result<TreePolicy, SetupError>
     // Once: both trees end with their stack, and would start again with an empty one otherwise.
     job.once = true;
     let seen = Arc::clone(&pyramid);
-    job.is_still_done = Some(Box::new(move |world| seen.has_whole_stack(world)));
+    job.is_still_done = Some(Box::new(move |world| {
+        let look = Look { job: &seen, world };
+        look.is_whole() && !look.helps()
+    }));
     job.tolerance_m = task.goal_tolerance_m;
     let arms = cell.arms.iter().filter_map(|arm| task.robot.get(&arm.name));
     let sources = arms.map(|arm| TreeSource {

@@ -150,6 +150,18 @@ impl Notes {
         Ok(stack)
     }
 
+    /// Takes a cube out of the arm's stack, to put it elsewhere.
+    pub(super) fn remove_from_stack(
+        &self,
+        cx: &mut Context<'_, '_>,
+        cube: usize,
+    ) -> Result<Set, Fault> {
+        let stack = self.stack(cx)?.without(self.job.item(cube));
+        cx.set(&self.placed, stack)?;
+        self.set_owner(cx, cube, Owner::Available)?;
+        Ok(stack)
+    }
+
     /// Compares the arm's stack with the observation and returns it: cubes that left it become
     /// available, available cubes in it become part of it.
     pub(super) fn compare(&self, cx: &mut Context<'_, '_>) -> Result<Set, Fault> {

@@ -60,6 +60,10 @@ pub struct PyramidTask {
     /// reach (m).
     #[schemars(range(min = 1.0e-2, max = MAX_COORDINATE_M))]
     pub reach_m: f64,
+    /// A cube that no arm reaches is taken up to this distance, where motions are slower (m);
+    /// `reach_m` without.
+    #[schemars(inner(range(min = 1.0e-2, max = MAX_COORDINATE_M)))]
+    pub stretched_reach_m: Option<f64>,
     /// What belongs to one arm, by the arm's name: one entry for every arm.
     pub robot: BTreeMap<String, PyramidArm>,
 }

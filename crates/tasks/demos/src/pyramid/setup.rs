@@ -5,7 +5,6 @@ use std::sync::Arc;
 use cell_model::Cell;
 use ipc_types::Pose;
 use nalgebra::Vector2;
-use robocell_skills::World;
 use robocell_skills::setup::{PlaceSetup, Setup, Tool};
 use robocell_task::SetupError;
 use robocell_task::job::Placement;
@@ -33,16 +32,6 @@ pub struct Pyramid {
 }
 
 impl Pyramid {
-    /// Whether the observed stack of the world's arm is complete.
-    pub(super) fn has_whole_stack(&self, world: &World<'_>) -> bool {
-        let tolerance = self.task.goal_tolerance_m;
-        let is_filled = |layer| {
-            let mut cubes = self.cubes.iter();
-            cubes.any(|cube| world.slot_of(*cube, world.arm, tolerance) == Some(layer))
-        };
-        (0..self.task.required_count as usize).all(is_filled)
-    }
-
     /// The job of `cell`, from its `[task]` table.
     ///
     /// # Errors

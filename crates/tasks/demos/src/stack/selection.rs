@@ -52,7 +52,7 @@ pub fn select(verb: &str, turn: &mut Turn<'_>) -> Option<Transfer> {
         turn.world.wait_for_reach(object, reason);
         return None;
     }
-    turn.world.job.unreachable_since = None;
+    turn.world.note_in_reach();
     if let Some(next) = next {
         let name = turn.name(next.cube);
         let what = if next.aborted { "clear" } else { "stack" };
@@ -73,7 +73,7 @@ pub fn destination_lost(turn: &Turn<'_>, cube: usize) -> bool {
 /// The cube below `first`, if it is too far off to carry it and was not set again too often.
 fn unseated_support(turn: &Turn<'_>, first: usize) -> Option<usize> {
     let support = first.checked_sub(1)?;
-    let attempts = turn.world.job.attempts(turn.object(support)).place;
+    let attempts = turn.world.attempts(turn.object(support)).place;
     (!turn.seated(support) && attempts < turn.stack.spec.max_attempts).then_some(support)
 }
 

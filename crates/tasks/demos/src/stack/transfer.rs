@@ -76,7 +76,7 @@ impl Transfer {
     pub fn look(&mut self, turn: &Turn<'_>) {
         let object = turn.object(self.cube);
         let seen = turn.placement(self.cube);
-        let failures = turn.world.job.attempts(object).pick;
+        let failures = turn.world.attempts(object).pick;
         let ways = Ways::around(object, seen, 0.0, &turn.world);
         let yaw = ways.choose(failures % 2 == 1);
         self.anchor = Placement { yaw, ..seen };
@@ -100,7 +100,7 @@ impl Transfer {
             turn.world.job.aborted = self.aborted;
         // Released: failed pick-ups count in a row.
         } else if phase == Phase::Release
-            && let Some(attempts) = turn.world.job.attempts_mut(object)
+            && let Some(attempts) = turn.world.attempts_mut(object)
         {
             attempts.pick = 0;
         }

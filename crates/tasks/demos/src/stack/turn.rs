@@ -157,7 +157,7 @@ impl<'w> Turn<'w> {
     pub fn note_placed(&mut self, cube: usize) {
         let object = self.object(cube);
         if self.seated(cube) {
-            if let Some(attempts) = self.world.job.attempts_mut(object) {
+            if let Some(attempts) = self.world.attempts_mut(object) {
                 attempts.place = 0;
             }
             return;

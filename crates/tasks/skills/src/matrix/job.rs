@@ -162,7 +162,7 @@ impl<'t, J: MatrixJob> Turn<'t, J> {
     /// Counts a failed pick-up of an object. After `most` in a row the job fails with `reason`.
     /// Returns whether it failed.
     pub fn count_failed_pick(&mut self, object: usize, most: u32, reason: &str) -> bool {
-        let attempts = self.world.job.attempts_mut(object);
+        let attempts = self.world.attempts_mut(object);
         let failed = attempts.is_some_and(|attempts| {
             attempts.pick += 1;
             attempts.pick >= most

@@ -108,8 +108,13 @@ pub struct ArmSetup {
 impl ArmSetup {
     /// Whether the arm reaches a point with the tool straight down (m).
     pub fn reaches(&self, point: Vector3<f64>) -> bool {
+        self.is_within(point, self.reach_m)
+    }
+
+    /// Whether a point is within `reach_m` (m) of the base, in the plane and in height.
+    pub fn is_within(&self, point: Vector3<f64>, reach_m: f64) -> bool {
         let off = point - self.base;
-        off.xy().norm() <= self.reach_m && off.z.abs() <= self.reach_m
+        off.xy().norm() <= reach_m && off.z.abs() <= reach_m
     }
 
     /// Whether a joint is more than half a turn from its position at the start: the elbow or

@@ -115,22 +115,32 @@ impl Turn {
             *self = Self::default();
             return Ok(true);
         }
+        self.wait_for(lease, cx)?;
+        Ok(false)
+    }
+
+    /// Holds, and after a while moves to the arm's rest pose, and reports the wait.
+    ///
+    /// # Errors
+    /// [`Fault`] of the blackboard.
+    pub fn wait_for(&mut self, lease: &Lease, cx: &mut Context<'_, '_>) -> Result<(), Fault> {
         let (zone, owner) = (lease.zone, cx.read(&lease.owner)?);
         let world = &mut *cx.world;
         self.wait(world);
-        if world.now().since(self.step.began) >= PolicyTime::from_seconds(PATIENCE_S) {
+        let since = self.step.began;
+        if world.now().since(since) >= PolicyTime::from_seconds(PATIENCE_S) {
             world.zone_wait = Some(ZoneWait { zone, owner });
+            world.note_wait(since, format_args!("zone '{zone}', which {owner} owns"));
             if !std::mem::replace(&mut self.told, true) {
                 let arm = world.arm_name();
                 let line = format_args!("[wait] {arm} waits for zone '{zone}', which {owner} owns");
                 world.out.log(line);
             }
         }
-        Ok(false)
+        Ok(())
     }
 
-    /// Holds, and after a while moves to the arm's rest pose.
-    pub fn wait(&mut self, world: &mut World<'_>) {
+    fn wait(&mut self, world: &mut World<'_>) {
         let lasted = world.begin(&mut self.step);
         match world.arm_setup() {
             Some(arm) if lasted >= PolicyTime::from_seconds(PATIENCE_S) => {

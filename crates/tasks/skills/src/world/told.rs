@@ -1,13 +1,16 @@
 //! Commands to the arm, the state of the job, and the log.
 
-use ipc_types::GripperGoal;
 use ipc_types::decision::{GoalKind, Outcome};
-use robocell_task::{ArmIntent, TraceEvent};
+use ipc_types::{GripperGoal, Text};
+use robocell_task::{ArmIntent, PolicyTime, TraceEvent};
 
 use super::World;
 use super::seen::LEFT_SIDES;
 use crate::condition::PLACE_TOLERANCE_M;
 use crate::setup::Tool;
+
+/// A wait is reported after this time (s): shorter ones are part of normal work of two arms.
+const REPORTED_WAIT_S: f64 = 2.0;
 
 impl World<'_> {
     /// Commands the arm. A later command of a decision replaces an earlier one, except for the
@@ -131,6 +134,15 @@ impl World<'_> {
         }
         self.note_drop(before);
         held
+    }
+
+    /// Reports `what` the arm has been waiting for since `since`, after a while. The first wait of
+    /// a decision counts.
+    pub fn note_wait(&mut self, since: PolicyTime, what: std::fmt::Arguments<'_>) {
+        let lasted = self.now().since(since);
+        if self.out.wait.is_empty() && lasted >= PolicyTime::from_seconds(REPORTED_WAIT_S) {
+            self.out.wait = Text::format(format_args!("{}: {what}", self.arm_name()));
+        }
     }
 
     /// Records that something has to be done again.

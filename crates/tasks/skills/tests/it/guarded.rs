@@ -92,7 +92,9 @@ fn a_lift_waits_for_a_zone_that_it_lost_and_gives_way() {
     bench.set_text("zone_owner", "right");
     assert_eq!(bench.tick(), Status::Running);
     assert!(bench.holds_still());
+    assert_eq!(bench.wait(), "", "short waits are normal");
     bench.tick_after(2.5);
+    assert_eq!(bench.wait(), "left: zone 'zone', which right owns");
     assert!(!bench.holds_still() && bench.goal().target.position[1] < -0.2);
     assert_eq!(bench.gripper(), GripperGoal::Keep);
     bench.set_text("zone_owner", "");

@@ -77,7 +77,7 @@ impl Policy for Worker {
             out.event(TraceEvent::Fault, line);
         }
         if fails > 0 && memory.decisions >= fails {
-            let attempts = job.attempts_mut(0).unwrap();
+            let attempts = job.attempts_mut(0, 0).unwrap();
             attempts.pick += 1;
             if attempts.pick >= ATTEMPTS {
                 job.fail("no_more_cubes");

@@ -33,6 +33,7 @@ export function taskSummary(context: PanelContext): HTMLElement {
   const phase = el("b", { class: "phase" }, "no task yet");
   const policy = el("span", { class: "dim" });
   const reason = el("div", { class: "dim reason" });
+  const wait = el("div", { class: "reason" });
   const counters = COUNTERS.map(([key, about]) => {
     const value = el("b", { class: "num" }, "0");
     const name = NAMES[key] ?? key;
@@ -46,6 +47,8 @@ export function taskSummary(context: PanelContext): HTMLElement {
     setTitle(policy, "Policy, and the age of its newest decision");
     setText(reason, words(task.reason));
     reason.hidden = task.reason === "";
+    setText(wait, task.wait === "" ? "" : `waiting: ${task.wait}`);
+    wait.hidden = task.wait === "";
     for (const { key, value } of counters) {
       setText(value, String(task[key]));
       value.classList.toggle("amber", task[key] > 0);
@@ -56,6 +59,7 @@ export function taskSummary(context: PanelContext): HTMLElement {
     { class: "summary" },
     el("div", { class: "row" }, outcome, phase, el("span", { class: "spacer" }), policy),
     reason,
+    wait,
     el("div", { class: "counters" }, ...counters.map(({ node }) => node)),
   );
 }

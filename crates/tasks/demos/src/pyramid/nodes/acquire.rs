@@ -46,7 +46,9 @@ pub(super) fn node_type(job: &Arc<Pyramid>) -> NodeType<Station> {
         "AcquireCube",
         "Waits until no other arm owns the centre, takes it, reserves the next \
          free cube of the arm's order, and computes the seven targets. A cube \
-         that is the arm's already, or in its gripper, stays its cube.",
+         that is the arm's already, or in its gripper, stays its cube. An arm whose \
+         stack is whole takes cubes that another arm needs and cannot reach, and \
+         fails without one.",
     );
     super::node_type(about, job, AcquireCube::new)
         .aliases(&["FrankaAcquireCube"])
@@ -84,9 +86,10 @@ impl AcquireCube {
         Ok(matches!(owner, Owner::Reserved | Owner::Carried))
     }
 
-    /// The next cube: first one in the way of the stack, then those with room for the fingers
-    /// (of the others, not the last one again), then those that only this arm reaches, then by
-    /// the order. In an undisturbed pyramid the order alone decides.
+    /// The next cube: first one in the way of the stack, then those with room for the fingers,
+    /// not the last one again, then those that only this arm reaches, then by
+    /// the order. In an undisturbed pyramid the order alone decides. An arm whose stack is whole
+    /// fetches only what another arm needs and cannot reach.
     fn next(
         &self,
         state: &State,
@@ -94,9 +97,12 @@ impl AcquireCube {
         stack: Set,
     ) -> Result<Option<usize>, Fault> {
         let look = self.notes.look(cx);
+        let is_whole = look.is_whole();
         let mut best: Option<([bool; 4], usize)> = None;
         for cube in self.notes.order(cx.world.arm) {
-            if self.notes.owner(cx, *cube)? != Owner::Available {
+            if self.notes.owner(cx, *cube)? != Owner::Available
+                || (is_whole && !look.is_for_another(*cube))
+            {
                 continue;
             }
             let Some(position) = cx.world.position(*cube) else {
@@ -104,7 +110,7 @@ impl AcquireCube {
                 // it.
                 return Ok(Some(best.map_or(*cube, |(_, cube)| cube)));
             };
-            let ready = cx.world.reaches(position)
+            let ready = look.reaches(position)
                 && !cx.world.is_covered(*cube)
                 && !cx.world.is_held(*cube)
                 && !look.is_at_another_gripper(position);
@@ -114,7 +120,7 @@ impl AcquireCube {
             let worse = [
                 !look.is_in_the_way(stack, *cube),
                 crowded,
-                crowded && state.last == Some(*cube),
+                state.last == Some(*cube),
                 cx.world.is_reached_by_another(position),
             ];
             if ready && best.is_none_or(|(least, _)| worse < least) {
@@ -192,7 +198,7 @@ impl Leaf<Station> for AcquireCube {
         // Another arm owns the centre: nothing is read or written until it is free.
         if self.notes.zone.is_closed(cx)? {
             state.waiting.clear();
-            state.turn.wait(cx.world);
+            state.turn.wait_for(&self.notes.zone, cx)?;
             return Ok(Status::Running);
         }
         state.turn = Turn::default();
@@ -224,7 +230,20 @@ impl Leaf<Station> for AcquireCube {
             state.last = Some(cube);
             return self.reserve(state, cx, cube, stack);
         }
+        let look = self.notes.look(cx);
+        if let Some(top) = look.top_over_obstacle(stack).filter(|_| !look.is_whole()) {
+            let stack = self.notes.remove_from_stack(cx, top)?;
+            return self.reserve(state, cx, top, stack);
+        }
+        if look.is_whole() && !look.helps() {
+            // Another arm has found a cube meanwhile: there is nothing left to do.
+            self.notes.zone.release(cx)?;
+            return Ok(Status::Failure);
+        }
         self.rest(state, cx)?;
+        let since = state.step.began;
+        cx.world
+            .note_wait(since, format_args!("no free cube is in reach"));
         if state.waiting.is_due(cx.now, cx.get(&self.warning)?) {
             let arm = self.notes.me;
             let out = &mut *cx.world.out;

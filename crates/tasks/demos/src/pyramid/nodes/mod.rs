@@ -102,7 +102,7 @@ fn check_complete(job: &Arc<Pyramid>) -> NodeType<Station> {
     let about = (
         "CheckStackComplete",
         "Compares the arm's stack with the observed cubes, and succeeds when it has the \
-         required number of cubes.",
+         required number of cubes and no other arm needs one that only this arm reaches.",
     );
     counting(node_type(about, job, |notes, binder| {
         let required = binder.input::<i64>("required_count")?;
@@ -112,7 +112,7 @@ fn check_complete(job: &Arc<Pyramid>) -> NodeType<Station> {
                 let stack = notes.compare(cx)?;
                 let complete = i64::from(stack.len()) >= cx.get(&required)?;
                 notes.set_complete(cx, complete)?;
-                Ok(answer(complete))
+                Ok(answer(complete && !notes.look(cx).helps()))
             },
         })
     }))

@@ -19,9 +19,8 @@ use serde::{Deserialize, Serialize};
 use crate::pyramid::notes::Notes;
 use crate::pyramid::setup::Pyramid;
 
-/// An arm that cannot reach its cube waits at this share of its reach, short of a stretched
-/// pose.
-const WAITING_SHARE: f64 = 0.85;
+/// In place of this warning the cube is available to all arms again.
+const WARNINGS: u32 = 3;
 /// Outside of the range that a file may name: the arm's own turn is used.
 const OWN_YAW: f64 = 1.0e6;
 
@@ -46,6 +45,8 @@ struct State {
     reference: Option<[f64; 3]>,
     still_since: Duration,
     alarm: Alarm,
+    /// Warnings so far.
+    warnings: u32,
 }
 
 /// The node type.
@@ -54,8 +55,9 @@ pub(super) fn node_type(job: &Arc<Pyramid>) -> NodeType<Station> {
         "RecoverCube",
         "Takes the centre, opens the gripper, moves above the arm's cube and waits \
          there until it is at rest. Fails when that is done, so that a selector \
-         continues with the pick-up, and at once when a cube is in the gripper; a \
-         cube that another arm works at is released first.",
+         continues with the pick-up, and at once when a cube is in the gripper or the \
+         arm's cube is out of reach, which is available again then; a cube that \
+         another arm works at is released first.",
     );
     super::node_type(about, job, RecoverCube::new)
         .aliases(&["FrankaRecoverCube"])
@@ -81,7 +83,8 @@ pub(super) fn node_type(job: &Arc<Pyramid>) -> NodeType<Station> {
         .input_or(
             "warning_interval",
             5.0,
-            "a warning is given each time the cube was out of reach for this long (s)",
+            "a warning is given each time the cube was not reached for this long (s); in place \
+             of the third one the cube is available again",
         )
         .input_or(
             "yaw",
@@ -105,7 +108,7 @@ impl RecoverCube {
         })
     }
 
-    /// Moves above `position`, or as near to it as the arm may; returns whether it is there.
+    /// Moves above `position`; returns whether it is there.
     fn stage(
         &self,
         state: &mut State,
@@ -117,15 +120,7 @@ impl RecoverCube {
         else {
             return Ok(false);
         };
-        let reachable = cx.world.reaches(position);
         let mut staging = position;
-        if !reachable {
-            let outward = (position - arm.base).xy();
-            let near = arm.base.xy() + outward * (WAITING_SHARE * arm.reach_m / outward.norm());
-            // A cube that fell off the table is waited for above the table.
-            let low = self.notes.task().base_height_m;
-            staging = Vector3::new(near.x, near.y, position.z.max(low));
-        }
         staging.z += cx.get(&self.staging_height)?;
         let yaw = match cx.get(&self.yaw)? {
             OWN_YAW => own.yaw,
@@ -141,9 +136,7 @@ impl RecoverCube {
             settle: PolicyTime::from_ticks(0),
             ..Drive::travel(target, GripperGoal::Open)
         };
-        // Near is not enough where the cube is out of reach: the node stays active until it is
-        // reachable.
-        Ok(cx.world.drive(&mut state.step, &drive) && reachable)
+        Ok(cx.world.drive(&mut state.step, &drive))
     }
 
     fn is_at_rest(
@@ -169,17 +162,24 @@ impl RecoverCube {
         ))
     }
 
-    fn warn(&self, cx: &mut Context<'_, '_>, cube: usize, position: Vector3<f64>) {
+    fn warn(&self, cx: &mut Context<'_, '_>, cube: usize) {
         let (arm, name) = (self.notes.me, cx.world.setup.object_name(cube));
-        let why = if cx.world.reaches(position) {
-            "is not reached"
-        } else {
-            "is out of reach"
-        };
         let out = &mut *cx.world.out;
         out.log(format_args!(
-            "[warning] {arm}: {name} {why}, waiting for it"
+            "[warning] {arm}: {name} is not reached, waiting for it"
         ));
+    }
+
+    /// Makes a cube that the arm cannot reach available: another arm may reach it, and this
+    /// arm takes another cube meanwhile. It keeps neither cube nor zone while it waits.
+    fn give_up(&self, cx: &mut Context<'_, '_>, cube: usize, why: &str) -> Result<Status, Fault> {
+        let (arm, name) = (self.notes.me, cx.world.setup.object_name(cube));
+        let why = format_args!("[recover] {arm}: {name} {why}, and available again");
+        cx.world.out.event(TraceEvent::Recover, why);
+        self.notes.set_owner(cx, cube, Owner::Available)?;
+        self.notes.set_current(cx, None)?;
+        self.notes.recovery.clear(cx)?;
+        Ok(Status::Failure)
     }
 
     /// Opens the gripper in place: the cube must not fall on the arm's own one.
@@ -235,6 +235,11 @@ impl Leaf<Station> for RecoverCube {
             self.notes.recovery.clear(cx)?;
             return Ok(Status::Failure);
         };
+        if let Some(position) = cx.world.position(cube)
+            && !self.notes.look(cx).reaches(position)
+        {
+            return self.give_up(cx, cube, "is out of reach");
+        }
         if !state.turn.comes(&self.notes.zone, cx)? {
             return Ok(Status::Running);
         }
@@ -255,7 +260,11 @@ impl Leaf<Station> for RecoverCube {
         if there {
             state.alarm.clear();
         } else if state.alarm.is_due(cx.now, interval) {
-            self.warn(cx, cube, position);
+            state.warnings += 1;
+            if state.warnings >= WARNINGS {
+                return self.give_up(cx, cube, "is not reached");
+            }
+            self.warn(cx, cube);
         }
         if there && at_rest {
             return self.finish(cx, cube);

@@ -122,15 +122,15 @@ pub(super) fn fail_deadlock(waits: &[Option<ZoneWait>; MAX_ARMS], world: &mut Wo
     world.fail(DEADLOCK, format_args!("deadlock: {why}"));
 }
 
-/// Whether an arm whose tree succeeded has to work again: its work was undone before all arms
-/// had done their part.
+/// Whether an arm whose tree succeeded has to work again: its work was undone, or another arm
+/// needs it, before all arms had done their part.
 pub(super) fn was_undone(is_still_done: Option<&StillDone>, world: &mut World<'_>) -> bool {
     if is_still_done.is_none_or(|is| is(world)) {
         return false;
     }
     let arm = world.arm_name();
     world.out.log(format_args!(
-        "[retry] {arm}: its result was undone; the tree starts again"
+        "[retry] {arm}: there is work again; the tree starts again"
     ));
     true
 }

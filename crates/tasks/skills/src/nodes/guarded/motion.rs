@@ -90,7 +90,8 @@ fn watching(node_type: NodeType<Station>) -> NodeType<Station> {
         .input_or(
             "monitor_grasp",
             false,
-            "keeps the gripper closed, and asks for a recovery when the object is lost",
+            "keeps the gripper closed, and asks for a recovery when the object is lost, or the \
+             target is not reached in time",
         )
         .input_or(
             "max_grasp_distance",
@@ -176,6 +177,10 @@ impl MoveToTarget {
         if cx.get(&self.monitor_pickup_motion)? {
             let recovery = &self.guard.recovery;
             recovery.request(cx, format_args!("the object is not reached"))?;
+        } else if cx.get(&self.monitor_grasp)? {
+            // Something is in the way of the object: another place may be free.
+            let recovery = &self.guard.recovery;
+            recovery.request(cx, format_args!("the place is not reached"))?;
         }
         Ok(())
     }

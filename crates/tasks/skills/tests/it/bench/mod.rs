@@ -113,6 +113,11 @@ impl Bench {
         self.decision.goals[self.arm]
     }
 
+    /// What the arm waits for, as the decision reports it.
+    pub(crate) fn wait(&self) -> &str {
+        self.decision.wait.as_str()
+    }
+
     pub(crate) fn holds_still(&self) -> bool {
         self.goal().kind == GoalKind::Hold.code()
     }
