@@ -88,7 +88,7 @@ pub struct ShowArgs {
 /// `check`.
 #[derive(Clone, Debug, Args)]
 pub struct CheckArgs {
-    /// A tree (JSON), or a machine or matrix (TOML or JSON)
+    /// A tree (JSON), the cell file of trees (TOML), or a machine or matrix (TOML or JSON)
     pub file: PathBuf,
     /// Print one JSON object
     #[arg(long)]

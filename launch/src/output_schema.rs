@@ -20,7 +20,7 @@ pub(crate) fn print_schema(name: Option<OutputName>, task: Option<&str>) -> Resu
     match name {
         OutputName::Chaos => say_schema::<chaos::Report>(),
         OutputName::Doctor => say_schema::<client::DoctorReport>(),
-        OutputName::Grasp => say_schema::<client::GraspReport>(),
+        OutputName::Grasp => say_schema::<grasp::GraspReport>(),
         OutputName::Incident => say_schema::<Incident>(),
         OutputName::Incidents => say_schema::<client::IncidentList>(),
         OutputName::List => say_schema::<client::List>(),

@@ -27,7 +27,7 @@ mod watched;
 pub(crate) use behaviour::{behaviour, schema, tree};
 pub(crate) use breakpoints::breakpoint;
 pub(crate) use doctor::{DoctorReport, doctor};
-pub(crate) use grasp::{GraspReport, grasp};
+pub(crate) use grasp::grasp;
 pub(crate) use hand::{gripper, target};
 pub(crate) use incident::{IncidentList, incident};
 pub(crate) use joints::joints;

@@ -115,7 +115,11 @@ pub(super) fn object_index(cell: &Cell, object: &str) -> Result<usize, Failure> 
     let index = names.iter().position(|name| name == object);
     index.ok_or_else(|| {
         let near = did_you_mean(object, &names);
-        let known = names.join(", ");
+        let known = if names.is_empty() {
+            "no object".to_owned()
+        } else {
+            names.join(", ")
+        };
         Failure::configuration(format!(
             "object `{object}` is unknown{near}; this cell has {known}"
         ))

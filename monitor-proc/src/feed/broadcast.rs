@@ -11,8 +11,8 @@ use axum::body::Bytes;
 use axum::extract::ws::Utf8Bytes;
 use cell_model::runs::incident::Head;
 use cell_record::EpochSpan;
-use ipc_types::TraceLine;
 use ipc_types::trace::TraceEvent;
+use ipc_types::{TraceLine, WorldState};
 use serde::Serialize;
 use serde_json::{Value, json};
 use tokio::sync::{broadcast, watch};
@@ -89,6 +89,7 @@ struct LastState {
     timeline: Timeline,
     status: Option<Utf8Bytes>,
     recorded_span: Option<Utf8Bytes>,
+    world: Option<Box<WorldState>>,
 }
 
 /// Receivers of one client.
@@ -122,6 +123,7 @@ impl Broadcast {
             timeline: Timeline::default(),
             status: None,
             recorded_span: None,
+            world: None,
         };
         Arc::new(Self {
             frames: watch::Sender::new(Bytes::new()),
@@ -147,6 +149,20 @@ impl Broadcast {
             }
             new
         });
+    }
+
+    /// Keeps a state of the world for requests about it.
+    pub fn keep_world(&self, world: &WorldState) {
+        let mut last = self.lock();
+        match &mut last.world {
+            Some(kept) => kept.copy_from(world),
+            none => *none = Some(Box::new(*world)),
+        }
+    }
+
+    /// The state of the world that was kept last.
+    pub fn world(&self) -> Option<Box<WorldState>> {
+        self.lock().world.clone()
     }
 
     /// Sets the epoch, a generation of physics, of all that follows.

@@ -213,6 +213,7 @@ impl Publisher {
             publish_restart(&self.broadcast, &restart, epoch, time_s);
         }
         if let Some(world) = world {
+            self.broadcast.keep_world(world);
             let gaps = recorder.gaps();
             // The number only grows, so any growth is a new gap.
             let has_gap = std::mem::replace(&mut self.gaps, gaps) < gaps;

@@ -148,7 +148,7 @@ fn prepare(
         &page,
         shown,
         Arc::new(queue),
-        (None, None),
+        (None, None, None),
     )?)
 }
 

@@ -9,6 +9,7 @@ use cell_model::runs::incident::Incidents;
 use cell_model::runs::spec::{PageSecrets, PageSpec, RunSpec, Speed};
 use cell_record::Recording;
 use cell_worker::Start;
+use grasp::GraspReport;
 use serde_json::Value;
 
 use crate::feed::broadcast::{Broadcast, Hello, RunInfo};
@@ -22,7 +23,7 @@ use crate::timeline::recorded::RecordedPast;
 use crate::timeline::scrub::{OpenPast, PastReader};
 use crate::web::access::AccessControl;
 use crate::web::files::Files;
-use crate::web::{self, Services};
+use crate::web::{self, GraspsOf, Services};
 
 /// Folder with `meshes/ROBOT/LINK.glb`.
 const ENV_CACHE: &str = "ROBOCELL_CACHE_DIR";
@@ -124,10 +125,23 @@ pub fn prepare(
         Ok(Box::new(past) as Box<dyn PastReader>)
     };
     let incidents = Incidents::at(start.spec.incidents_dir.clone());
-    let shown = (broadcast, names, Arc::new(open) as OpenPast);
     let policies = PolicyFiles::new(&start.spec);
-    let kept = (Some(incidents), Some(policies));
+    let grasps = grasps_of(Arc::clone(&broadcast), &start.spec);
+    let kept = (Some(incidents), Some(policies), Some(grasps));
+    let shown = (broadcast, names, Arc::new(open) as OpenPast);
     prepare_page(page, shown, Arc::new(queue), kept)
+}
+
+/// The grasps of the objects of a live cell, in the state that was kept last.
+fn grasps_of(broadcast: Arc<Broadcast>, spec: &RunSpec) -> GraspsOf {
+    let spec = spec.clone();
+    Arc::new(move |arm, object| {
+        let world = broadcast.world().ok_or("physics has published no state")?;
+        // Read for each request, which is rare: a loaded cell stays in memory otherwise.
+        let cell = spec.load_cell().map_err(|error| error.to_string())?;
+        let report = GraspReport::of(&cell, &world, object, arm)?;
+        serde_json::to_string(&report).map_err(|error| error.to_string())
+    })
 }
 
 /// All of a server for `page`.
@@ -139,7 +153,7 @@ pub fn prepare_page(
     page: &PageSpec,
     (broadcast, names, past): (Arc<Broadcast>, Names, OpenPast),
     queue: Arc<dyn CommandQueue>,
-    (incidents, policies): (Option<Incidents>, Option<PolicyFiles>),
+    (incidents, policies, grasps): (Option<Incidents>, Option<PolicyFiles>, Option<GraspsOf>),
 ) -> Result<PageServer, PageError> {
     let secrets = read_secrets(&page.secrets)?;
     // For a live cell `robocell status` prints a new link; for a recording nothing does.
@@ -162,6 +176,7 @@ pub fn prepare_page(
         names,
         past: Some(past),
         policies,
+        grasps,
         incidents,
     };
     Ok(PageServer {

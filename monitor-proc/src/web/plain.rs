@@ -44,7 +44,7 @@ pub(super) fn wrong_token() -> Response {
 }
 
 /// One line of text.
-pub(super) fn line(status: StatusCode, text: &'static str) -> Response {
+pub(super) fn line(status: StatusCode, text: impl IntoResponse) -> Response {
     let mut response = (status, text).into_response();
     // A refusal must not be shown again from a cache after the person has got the token.
     no_store(&mut response);

@@ -40,6 +40,7 @@ pub(super) fn router(state: Arc<AppState>) -> Router {
         .route("/api/scene", any(scene))
         .route("/api/incidents/{number}", any(incident))
         .route("/api/past", any(past))
+        .route("/api/grasps/{arm}/{object}", any(grasps))
         .route(
             "/api/policy",
             get(edit::read)
@@ -228,6 +229,33 @@ async fn past(
             response
         }
         _ => plain::line(StatusCode::NOT_FOUND, "this time is not recorded\n"),
+    }
+}
+
+/// The grasps of an object by an arm.
+async fn grasps(
+    State(state): Ours,
+    method: Method,
+    headers: HeaderMap,
+    indices: Result<Path<(usize, usize)>, PathRejection>,
+) -> Response {
+    if let Some(refused) = refusal(&state, &method, &headers) {
+        return refused;
+    }
+    let (Some(grasps), Ok(Path((arm, object)))) = (state.services.grasps.clone(), indices) else {
+        return plain::line(StatusCode::NOT_FOUND, "only a live cell has grasps\n");
+    };
+    let Ok(_permit) = state.searches.try_acquire() else {
+        return plain::line(
+            StatusCode::SERVICE_UNAVAILABLE,
+            "another page searches; try again\n",
+        );
+    };
+    // The inverse kinematics of all candidates take up to seconds.
+    match tokio::task::spawn_blocking(move || grasps(arm, object)).await {
+        Ok(Ok(found)) => json(found),
+        Ok(Err(why)) => plain::line(StatusCode::NOT_FOUND, format!("{why}\n")),
+        Err(_) => plain::line(StatusCode::INTERNAL_SERVER_ERROR, "the search failed\n"),
     }
 }
 

@@ -13,6 +13,9 @@ use crate::page::command::Names;
 use crate::page::queue::CommandQueue;
 use crate::timeline::scrub::OpenPast;
 
+/// The grasps of an object by an arm, by index, as JSON; or a sentence for people.
+pub type GraspsOf = Arc<dyn Fn(usize, usize) -> Result<String, String> + Send + Sync>;
+
 /// Services behind the routes.
 pub struct Services {
     /// Decides about requests.
@@ -33,6 +36,8 @@ pub struct Services {
     pub past: Option<OpenPast>,
     /// The policies of a live cell that are written in files.
     pub policies: Option<PolicyFiles>,
+    /// The grasps of the objects of a live cell.
+    pub grasps: Option<GraspsOf>,
     /// Failures that were kept, when this is a live cell.
     pub incidents: Option<Incidents>,
 }
@@ -44,6 +49,8 @@ pub(super) struct AppState {
     pub(super) sockets: Arc<Semaphore>,
     /// Permits for pages that read the recording.
     pub(super) readers: Semaphore,
+    /// The permit for a search of grasps.
+    pub(super) searches: Semaphore,
     /// The permit for a text that is being checked.
     pub(super) edits: Semaphore,
 }

@@ -409,3 +409,18 @@ fn an_incident_is_shown_to_who_may_look_and_nothing_else_is_read() {
     let answer = replay.get("/api/incidents/3", &bearer(OPERATOR));
     assert_eq!(status(&answer), 404, "a recording has none");
 }
+
+#[test]
+fn grasps_are_shown_to_who_may_look_and_only_of_a_live_cell() {
+    let bench = Bench::start();
+    assert_eq!(status(&bench.get("/api/grasps/0/1", "")), 401);
+    let shown = bench.get("/api/grasps/0/1", &bearer(VIEWER));
+    assert!(shown.ends_with(r#"{"arm":"panda"}"#), "{shown}");
+    for path in ["7/1", "0", "-1/1", "0/1/2", "0/x"] {
+        let answer = bench.get(&format!("/api/grasps/{path}"), &bearer(OPERATOR));
+        assert_eq!(status(&answer), 404, "{path}");
+    }
+    let replay = Bench::with(Files::default(), false);
+    let answer = replay.get("/api/grasps/0/1", &bearer(OPERATOR));
+    assert_eq!(status(&answer), 404, "a recording has none");
+}

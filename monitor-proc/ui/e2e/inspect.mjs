@@ -65,6 +65,8 @@ async function dragged({ page, look, until, press, robocell }) {
   });
   const [name, pose] = await look((r, i) => [r.store.scene.objects[i].name, r.store.snapshot.objects[i].pose], free);
   await page.locator(`.tree-row[data-name="${name}"]`).click();
+  await press(`robocell grasp ${name}`);
+  await page.locator(".grasps li", { hasText: "chosen" }).waitFor();
   const to = [pose[0] + 0.05, pose[1], pose[2] + 0.02];
   for (const [axis, label] of ["x (m)", "y (m)", "z (m)"].entries()) {
     await page.locator(".inspect").getByLabel(label).fill(to[axis].toFixed(3));

@@ -86,6 +86,9 @@ pub fn draw(graphs: &[Graph], format: &str, width: usize) -> String {
 /// # Errors
 /// All errors in it.
 pub fn check(program: &Program, kind: Kind, file: &Path) -> Result<Vec<Finding>, InspectError> {
+    if kind == Kind::Tree && file.extension().is_some_and(|e| e == "toml") {
+        return check_cell(program, file);
+    }
     let text = read(kind, file)?;
     let name = file.display().to_string();
     match kind {
@@ -108,6 +111,27 @@ pub fn check(program: &Program, kind: Kind, file: &Path) -> Result<Vec<Finding>,
             }
         }
     }
+}
+
+/// Probable mistakes in a cell of trees, also those that only the trees of all arms show.
+fn check_cell(program: &Program, file: &Path) -> Result<Vec<Finding>, InspectError> {
+    // A name alone has no folder.
+    let absolute = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
+    let cells = absolute.parent().filter(|dir| dir.ends_with("cells"));
+    let (Some(cells), Some(name)) = (cells, file.file_stem().and_then(|name| name.to_str())) else {
+        return Err(InspectError::Behaviour(format!(
+            "{}: a cell file has to be in a folder `cells`",
+            file.display()
+        )));
+    };
+    let data = Data::dir(cells.parent().unwrap_or(cells)).with_robots_of(&program.data);
+    let (_, warnings) = graphs(program, Kind::Tree, name, None, (&data, &[], Vec::new()))?;
+    let finding = |message| Finding {
+        rule: "cell",
+        place: name.to_owned(),
+        message,
+    };
+    Ok(warnings.into_iter().map(finding).collect())
 }
 
 /// The JSON Schema of a kind of file: `tree`, `machine` or `cell`.

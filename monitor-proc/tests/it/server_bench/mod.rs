@@ -23,7 +23,7 @@ use monitor_proc::page::queue::{Answer, CommandQueue, Reply, send};
 use monitor_proc::timeline::scrub::{OpenPast, PastReader, PastSpan, SeekTarget};
 use monitor_proc::web::access::AccessControl;
 use monitor_proc::web::files::Files;
-use monitor_proc::web::{Services, bind};
+use monitor_proc::web::{GraspsOf, Services, bind};
 use serde_json::{Value, json};
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Message, WebSocket};
@@ -153,6 +153,12 @@ impl Bench {
                     },
                     policies: None,
                     past: Some(past),
+                    grasps: live.then(|| -> GraspsOf {
+                        Arc::new(|arm, object| match (arm, object) {
+                            (0, 1) => Ok(r#"{"arm":"panda"}"#.to_owned()),
+                            _ => Err(format!("there is no arm {arm}")),
+                        })
+                    }),
                     incidents: live.then_some(incidents),
                 };
                 tokio::select! {

@@ -4,6 +4,7 @@ import { OBJECT, type ObjectState } from "../../net/snapshot";
 import type { PanelContext } from "../context";
 import { copyPose } from "./copy";
 import { dragForm } from "./drag-form";
+import { graspList } from "./grasps";
 import type { Card } from "./index";
 import { list, poseRows, row, shapeWords } from "./rows";
 import { touchRows } from "./touches";
@@ -38,7 +39,7 @@ export function objectCard(context: PanelContext, index: number): Card | null {
       row("friction", "", () => spec.friction.toFixed(2)),
       touches,
     ],
-    actions: [dragForm(context, spec.name, pose), copyPose(context, pose)],
+    actions: [dragForm(context, spec.name, pose), copyPose(context, pose), ...graspList(context, spec.name, index, pose)],
   };
 }
 

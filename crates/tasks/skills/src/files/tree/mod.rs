@@ -3,6 +3,7 @@
 mod build;
 mod checkpoint;
 mod tick;
+mod zone_order;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -139,6 +140,12 @@ impl AnyPolicy for TreePolicy {
     fn warnings(&self, cell: &Cell) -> Vec<String> {
         let mut warnings = parts::warnings(self.arms.iter().map(|arm| &arm.tree));
         warnings.extend(self.setup.far_picks(cell));
+        for board in 0..self.boards.len() {
+            let names = self.setup.arms.iter().map(|arm| arm.name.as_str());
+            let arms = names.zip(&self.arms).filter(|(_, arm)| arm.board == board);
+            let arms: Vec<_> = arms.map(|(name, arm)| (name, &arm.graph)).collect();
+            warnings.extend(zone_order::warnings(&arms));
+        }
         warnings
     }
 
