@@ -13,6 +13,7 @@ mod episodes;
 mod file_jobs;
 mod fill_bin;
 mod palletize;
+mod placement;
 mod planned;
 mod pyramid;
 mod situations;
