@@ -22,6 +22,9 @@ const MAX_STRANGERS_PER_ADDRESS: usize = 32;
 /// Time without a request or an answer after which a connection is closed.
 // Short, as a browser reconnects by itself.
 const IDLE_TIMEOUT: Duration = Duration::from_secs(5);
+/// Time within which a request is answered, after which its connection is closed.
+// A search of grasps takes seconds, and beside other work several times that.
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(60);
 /// The connection has no idle timeout.
 const NEVER: u64 = u64::MAX;
 
@@ -47,7 +50,16 @@ impl Idle {
 
     /// Restarts the timeout, unless it was switched off.
     pub(super) fn restart(&self) {
-        let until = (self.opened.elapsed() + IDLE_TIMEOUT).as_millis();
+        self.end_after(IDLE_TIMEOUT);
+    }
+
+    /// A request is being served: silence until its answer is not that of the other side.
+    pub(super) fn serve(&self) {
+        self.end_after(ANSWER_TIMEOUT);
+    }
+
+    fn end_after(&self, timeout: Duration) {
+        let until = (self.opened.elapsed() + timeout).as_millis();
         let until = u64::try_from(until).unwrap_or(NEVER);
         // Switched off stays off: a late request of the same connection must not bring it back.
         let later = |now: u64| (now != NEVER).then_some(until);

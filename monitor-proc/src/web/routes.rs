@@ -66,6 +66,7 @@ async fn first_check(
     // From here on the connection is not closed in favour of another one.
     if for_us && access.role(request.headers()).is_some() {
         idle.trust();
+        idle.serve();
     }
     let mut response = if for_us {
         next.run(request).await
@@ -242,17 +243,25 @@ async fn grasps(
     if let Some(refused) = refusal(&state, &method, &headers) {
         return refused;
     }
-    let (Some(grasps), Ok(Path((arm, object)))) = (state.services.grasps.clone(), indices) else {
+    let Ok(Path((arm, object))) = indices else {
+        return plain::line(StatusCode::NOT_FOUND, "ARM/OBJECT are two indices\n");
+    };
+    let Some(grasps) = state.services.grasps.clone() else {
         return plain::line(StatusCode::NOT_FOUND, "only a live cell has grasps\n");
     };
-    let Ok(_permit) = state.searches.try_acquire() else {
+    let Ok(permit) = state.searches.clone().try_acquire_owned() else {
         return plain::line(
             StatusCode::SERVICE_UNAVAILABLE,
             "another page searches; try again\n",
         );
     };
     // The inverse kinematics of all candidates take up to seconds.
-    match tokio::task::spawn_blocking(move || grasps(arm, object)).await {
+    let search = move || {
+        // Kept by the search: it continues when the page has left.
+        let _permit = permit;
+        grasps(arm, object)
+    };
+    match tokio::task::spawn_blocking(search).await {
         Ok(Ok(found)) => json(found),
         Ok(Err(why)) => plain::line(StatusCode::NOT_FOUND, format!("{why}\n")),
         Err(_) => plain::line(StatusCode::INTERNAL_SERVER_ERROR, "the search failed\n"),

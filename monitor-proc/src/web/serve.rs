@@ -84,7 +84,7 @@ impl Listening {
             services,
             sockets: Arc::new(Semaphore::new(MAX_SOCKETS)),
             readers: Semaphore::new(MAX_READERS),
-            searches: Semaphore::new(1),
+            searches: Arc::new(Semaphore::new(1)),
             edits: Semaphore::new(1),
         });
         let router = routes::router(state);

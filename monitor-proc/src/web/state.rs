@@ -50,7 +50,7 @@ pub(super) struct AppState {
     /// Permits for pages that read the recording.
     pub(super) readers: Semaphore,
     /// The permit for a search of grasps.
-    pub(super) searches: Semaphore,
+    pub(super) searches: Arc<Semaphore>,
     /// The permit for a text that is being checked.
     pub(super) edits: Semaphore,
 }

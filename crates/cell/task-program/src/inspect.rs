@@ -86,7 +86,7 @@ pub fn draw(graphs: &[Graph], format: &str, width: usize) -> String {
 /// # Errors
 /// All errors in it.
 pub fn check(program: &Program, kind: Kind, file: &Path) -> Result<Vec<Finding>, InspectError> {
-    if kind == Kind::Tree && file.extension().is_some_and(|e| e == "toml") {
+    if kind == Kind::Tree && is_cell(file) {
         return check_cell(program, file);
     }
     let text = read(kind, file)?;
@@ -111,6 +111,14 @@ pub fn check(program: &Program, kind: Kind, file: &Path) -> Result<Vec<Finding>,
             }
         }
     }
+}
+
+/// Whether a file is that of a cell: TOML with `[task]`, which a machine does not have.
+fn is_cell(file: &Path) -> bool {
+    let is_toml = file.extension().is_some_and(|e| e == "toml");
+    is_toml
+        && user_file::read_text(file)
+            .is_ok_and(|text| text.lines().any(|line| line.trim() == "[task]"))
 }
 
 /// Probable mistakes in a cell of trees, also those that only the trees of all arms show.

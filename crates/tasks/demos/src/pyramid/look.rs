@@ -2,8 +2,8 @@
 
 use behavior::value::Set;
 use nalgebra::Vector3;
+use robocell_skills::World;
 use robocell_skills::fingers::Ways;
-use robocell_skills::{ArmSetup, World};
 use robocell_task::job::Placement;
 
 use super::setup::Pyramid;
@@ -97,21 +97,34 @@ impl Look<'_, '_> {
             && !self.world.is_held(cube)
     }
 
-    /// Whether the arm can fetch a cube at a position (m): one within its reach, or one that no
-    /// arm has in reach and that it gets to when it is stretched.
+    /// Whether the arm can fetch a cube at a position (m).
     pub(super) fn reaches(&self, position: Vector3<f64>) -> bool {
-        let Some(arm) = self.world.arm_setup() else {
+        self.is_fetched_by(self.world.arm, position)
+    }
+
+    /// Whether an arm can fetch a cube at a position (m): one within its reach, or one that no
+    /// other arm has in reach and that it gets to when it is stretched.
+    fn is_fetched_by(&self, arm: usize, position: Vector3<f64>) -> bool {
+        let arms = || self.world.setup.arms.iter().enumerate();
+        let Some((_, setup)) = arms().find(|(index, _)| *index == arm) else {
             return false;
         };
         let task = &self.job.task;
         let stretched = task.stretched_reach_m.unwrap_or(task.reach_m);
-        self.world.reaches(position)
-            || arm.is_within(position, stretched) && !self.world.is_reached_by_another(position)
+        let mut others = arms().filter(|(index, _)| *index != arm);
+        setup.reaches(position)
+            || setup.is_within(position, stretched)
+                && !others.any(|(_, other)| other.reaches(position))
     }
 
     /// Whether the arm's stack is whole, so that it fetches cubes for others only.
     pub(super) fn is_whole(&self) -> bool {
-        self.layers(self.world.arm) == self.job.task.required_count as usize
+        self.is_whole_without(None)
+    }
+
+    /// The same, as if `cube` were elsewhere.
+    fn is_whole_without(&self, cube: Option<usize>) -> bool {
+        self.layers(self.world.arm, cube) == self.job.task.required_count as usize
     }
 
     /// Whether the arm has to fetch a cube for another arm, now that its own stack is whole.
@@ -119,26 +132,48 @@ impl Look<'_, '_> {
         self.is_whole() && self.job.cubes.iter().any(|cube| self.is_for_another(*cube))
     }
 
-    /// Whether only this arm reaches a cube, and another arm needs it: it reaches fewer free cubes
-    /// than its stack lacks.
+    /// Whether only this arm can fetch a cube, and another arm needs it: it can fetch fewer free
+    /// cubes than its stack lacks. There has to be a place where this arm can hand it over.
     pub(super) fn is_for_another(&self, cube: usize) -> bool {
-        let Some(position) = self.world.position(cube).filter(|_| self.is_loose(cube)) else {
+        let is_mine = |position: &Vector3<f64>| self.reaches(*position);
+        let Some(position) = self.loose_at(cube).filter(is_mine) else {
             return false;
         };
-        let arms = || self.world.setup.arms.iter().enumerate();
-        let reached = |arm: &ArmSetup| {
-            let loose = self.job.cubes.iter().filter(|cube| self.is_loose(**cube));
-            let positions = loose.filter_map(|cube| self.world.position(*cube));
-            positions.filter(|position| arm.reaches(*position)).count()
+        let needs = |arm: usize| {
+            let loose = self
+                .job
+                .cubes
+                .iter()
+                .filter_map(|cube| self.loose_at(*cube));
+            let fetched = loose.filter(|position| self.is_fetched_by(arm, *position));
+            let lacks = self.job.task.required_count as usize - self.layers(arm, None);
+            !self.is_fetched_by(arm, position) && fetched.count() < lacks
         };
-        self.reaches(position)
-            && !self.world.is_reached_by_another(position)
-            && arms()
-                .filter(|(arm, _)| *arm != self.world.arm)
-                .any(|(arm, setup)| {
-                    let lacks = self.job.task.required_count as usize - self.layers(arm);
-                    reached(setup) < lacks
-                })
+        let others = (0..self.world.setup.arms.len()).filter(|arm| *arm != self.world.arm);
+        others.into_iter().any(needs) && self.handover_place(cube).is_some()
+    }
+
+    /// The position of a cube that is in no stack and in no gripper (m).
+    fn loose_at(&self, cube: usize) -> Option<Vector3<f64>> {
+        let is_loose = self.is_loose(cube) && !self.world.is_held(cube);
+        self.world.position(cube).filter(|_| is_loose)
+    }
+
+    /// A clear place beside the arm's own stack that another arm reaches, too (m): the zone of the
+    /// centre is not needed to put a cube there.
+    fn handover_place(&self, cube: usize) -> Option<Vector3<f64>> {
+        let stack = self.goal(cube, 0)?.position.into();
+        let is_shared = |place: &Vector3<f64>| self.world.is_reached_by_another(*place);
+        let mut places = self.beside(stack).filter(|p| self.is_clear(*p, cube));
+        places.find(is_shared)
+    }
+
+    /// Places around a stack (m).
+    fn beside(&self, stack: Vector3<f64>) -> impl Iterator<Item = Vector3<f64>> {
+        let edge = self.edge();
+        BESIDE_EDGES
+            .iter()
+            .map(move |[dx, dy]| stack + Vector3::new(dx * edge, dy * edge, 0.0))
     }
 
     /// Whether a cube is in no stack.
@@ -150,20 +185,23 @@ impl Look<'_, '_> {
     /// The layer of an arm's stack that a cube is in. Below another layer it has to be nearer to
     /// its goal: one that is half an edge off does not carry the next cube.
     fn layer_of(&self, cube: usize, arm: usize) -> Option<usize> {
-        let task = &self.job.task;
         let slot_within = |tolerance| self.world.slot_of(cube, arm, tolerance);
-        let layer = slot_within(task.goal_tolerance_m)?;
-        let carries = layer + 1 < task.required_count as usize;
-        if carries {
-            return slot_within(CARRYING_SHARE * task.goal_tolerance_m);
-        }
-        Some(layer)
+        let layer = slot_within(self.job.task.goal_tolerance_m)?;
+        slot_within(self.tolerance(layer))
     }
 
-    /// Layers of an arm's stack, from the table up without a gap, and no more than it needs.
-    fn layers(&self, arm: usize) -> usize {
+    /// A cube nearer than this to its goal in a layer is in place (m).
+    pub(super) fn tolerance(&self, layer: usize) -> f64 {
+        let task = &self.job.task;
+        let carries = layer + 1 < task.required_count as usize;
+        task.goal_tolerance_m * if carries { CARRYING_SHARE } else { 1.0 }
+    }
+
+    /// Layers of an arm's stack without a cube, from the table up without a gap, and no more than
+    /// it needs.
+    fn layers(&self, arm: usize, without: Option<usize>) -> usize {
         let is_filled = |layer: &usize| {
-            let mut cubes = self.job.cubes.iter();
+            let mut cubes = self.job.cubes.iter().filter(|cube| Some(**cube) != without);
             cubes.any(|cube| self.layer_of(*cube, arm) == Some(*layer))
         };
         let needed = 0..self.job.task.required_count as usize;
@@ -174,14 +212,18 @@ impl Look<'_, '_> {
     /// way of the next one.
     pub(super) fn top_over_obstacle(&self, stack: Set) -> Option<usize> {
         let top = stack.len().checked_sub(1)? as usize;
-        let is_blocked =
-            |cube: &&usize| self.is_in_the_way(stack, **cube) && self.world.is_covered(**cube);
-        self.job.cubes.iter().find(is_blocked)?;
         let is_top = |cube: &usize| {
             stack.contains(self.job.item(*cube))
                 && self.layer_of(*cube, self.world.arm) == Some(top)
         };
-        self.job.cubes.iter().copied().find(is_top)
+        let top = self.job.cubes.iter().copied().find(is_top)?;
+        let above = self.world.position(top)?;
+        let is_blocked = |cube: &usize| {
+            let off = self.world.position(*cube).map(|position| position - above);
+            let is_below = off.is_some_and(|off| off.z < 0.0 && off.xy().amax() < self.edge());
+            is_below && self.is_in_the_way(stack, *cube) && self.world.is_covered(*cube)
+        };
+        self.job.cubes.iter().any(is_blocked).then_some(top)
     }
 
     /// The cubes of `among` in the arm's stack, from the table up without a gap.
@@ -208,33 +250,31 @@ impl Look<'_, '_> {
         };
         let mut others = self.others(cube);
         let is_blocked = others.any(|(other, _)| self.is_in_the_way(stack, other));
-        if !is_blocked && !self.is_whole() {
+        let table = self.goal(cube, 0)?;
+        let aside = |place: Vector3<f64>| Goal {
+            place: Placement {
+                position: place.into(),
+                ..table
+            },
+            aside: true,
+        };
+        if self.is_whole_without(Some(cube)) {
+            return self.handover_place(cube).map(aside);
+        }
+        if !is_blocked {
             return Some(on_stack);
         }
-        let table = self.goal(cube, 0)?;
-        let beside = |[dx, dy]: &[f64; 2]| {
-            let [x, y, z] = table.position;
-            Vector3::new(x + dx * self.edge(), y + dy * self.edge(), z)
-        };
         // A place that other arms reach, too, is preferred: they may need the cube.
         let places = || {
-            BESIDE_EDGES
-                .iter()
-                .map(beside)
-                .filter(|p| self.is_clear(*p, cube))
+            self.beside(table.position.into())
+                .filter(|place| self.is_clear(*place, cube))
         };
         let place = places()
             .find(|place| self.world.is_reached_by_another(*place))
             .or_else(|| places().next());
         // Without a clear place the cube goes onto the stack after all; keeping it would stop
         // both arms.
-        Some(place.map_or(on_stack, |place| Goal {
-            place: Placement {
-                position: place.into(),
-                ..table
-            },
-            aside: true,
-        }))
+        Some(place.map_or(on_stack, aside))
     }
 
     /// Whether a place on the table is within reach and without a cube near it.

@@ -28,6 +28,9 @@ pub(super) const TARGETS: [&str; 7] = [
     "object_goal",
 ];
 
+/// A cube that was given up and is farther than this from where it was may be in reach again (m).
+const MOVED_M: f64 = 0.01;
+
 /// A pose as the blackboard stores it: position (m) and quaternion w x y z.
 pub(super) type Numbers = [f64; 7];
 
@@ -39,6 +42,11 @@ pub(super) struct Notes {
     pub(super) recovery: Recovery,
     owners: Reservations,
     current: Out<Str>,
+    /// Recoveries of the current cube since it was reserved or lifted last.
+    recoveries: Out<i64>,
+    /// The cube that was given up last, and its position (m).
+    given_up: Out<Str>,
+    given_up_at: Out<[f64; 3]>,
     targets: [Out<Numbers>; 7],
     reference: Out<[f64; 3]>,
     aside: Out<bool>,
@@ -75,6 +83,9 @@ impl Notes {
             recovery: Recovery::bind(binder)?,
             owners: Reservations::bind(&job.setup, binder, KEYS.owners)?,
             current: local(binder, KEYS.object, Some(Str::EMPTY))?,
+            recoveries: local(binder, "recoveries", Some(0))?,
+            given_up: local(binder, "given_up", Some(Str::EMPTY))?,
+            given_up_at: local(binder, "given_up_at", None)?,
             targets,
             reference: local(binder, KEYS.reference, None)?,
             aside: local(binder, "aside", Some(false))?,
@@ -107,7 +118,50 @@ impl Notes {
         cube: Option<usize>,
     ) -> Result<(), Fault> {
         let name = cube.map_or("", |cube| cx.world.setup.object_name(cube));
+        cx.set(&self.recoveries, 0)?;
         cx.set(&self.current, Str::new(name).unwrap_or_default())
+    }
+
+    /// A cube's index in sets of cubes.
+    pub(super) fn item(&self, cube: usize) -> u32 {
+        self.job.item(cube)
+    }
+
+    /// Counts a recovery of the current cube; returns how many there were in a row.
+    pub(super) fn count_recovery(&self, cx: &mut Context<'_, '_>) -> Result<i64, Fault> {
+        let count = cx.read(&self.recoveries)?.saturating_add(1);
+        cx.set(&self.recoveries, count)?;
+        Ok(count)
+    }
+
+    /// Makes a cube that the arm cannot take available to all arms. This arm leaves it alone while
+    /// it stays where it is, until [`Notes::try_again`].
+    pub(super) fn give_up(&self, cx: &mut Context<'_, '_>, cube: usize) -> Result<(), Fault> {
+        let name = cx.world.setup.object_name(cube);
+        cx.set(&self.given_up, Str::new(name).unwrap_or_default())?;
+        let at = cx.world.position(cube).unwrap_or_default();
+        cx.set(&self.given_up_at, at.into())?;
+        self.set_owner(cx, cube, Owner::Available)?;
+        self.set_current(cx, None)
+    }
+
+    /// Whether a cube at a position (m) was given up and is still there.
+    pub(super) fn is_given_up(
+        &self,
+        cx: &Context<'_, '_>,
+        cube: usize,
+        position: Vector3<f64>,
+    ) -> Result<bool, Fault> {
+        if cx.read(&self.given_up)?.as_str() != cx.world.setup.object_name(cube) {
+            return Ok(false);
+        }
+        let before = Vector3::from(cx.read(&self.given_up_at)?);
+        Ok((position - before).norm() < MOVED_M)
+    }
+
+    /// Every cube may be taken again.
+    pub(super) fn try_again(&self, cx: &mut Context<'_, '_>) -> Result<(), Fault> {
+        cx.set(&self.given_up, Str::EMPTY)
     }
 
     /// The owner of an object; an object that is not a cube belongs to another.
@@ -255,6 +309,8 @@ impl Notes {
         let Some(goal) = self.look(cx).goal_of(stack, cube) else {
             return Ok(false);
         };
+        // It is in the gripper, so the recoveries before have helped.
+        cx.set(&self.recoveries, 0)?;
         let yaw = goal.place.yaw;
         let Some(pose) = cx.world.place_pose_turned(cube, goal.place, yaw) else {
             return Ok(false);

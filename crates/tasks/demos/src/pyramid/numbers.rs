@@ -113,6 +113,10 @@ impl Settings for PyramidTask {
             let allowed = format!("write what [task.robot.{missing}] shall do");
             return Err(at.refuse("task", format!("silent about arm '{missing}'"), allowed));
         }
+        if let Some(stretched) = self.stretched_reach_m.filter(|far| *far < self.reach_m) {
+            let allowed = format!("it is not less than reach_m, {}", self.reach_m);
+            return Err(at.refuse("task.stretched_reach_m", stretched, allowed));
+        }
         let wanted = u64::from(self.required_count) * arms.len() as u64;
         // Objects are shared by all arms, so the sum counts.
         if wanted > cell.objects.len() as u64 {

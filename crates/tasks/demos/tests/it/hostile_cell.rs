@@ -183,6 +183,11 @@ fn a_pyramid_needs_a_part_for_every_arm_and_cubes_that_exist() {
             "task.robot.left.yaw_rad is 15.7",
         ),
         ("reach_m = 0.72", "reach_m = 0.0", "task.reach_m is 0"),
+        (
+            "stretched_reach_m = 0.79",
+            "stretched_reach_m = 0.7",
+            "it is not less than reach_m, 0.72",
+        ),
     ];
     for (from, to, expected) in cases {
         let error = refused_in(&text, from, to);

@@ -65,6 +65,14 @@ impl Lease {
         Ok(owner != self.me && (!owner.is_empty() || !cx.world.is_alive()))
     }
 
+    /// Whether this arm owns the zone.
+    ///
+    /// # Errors
+    /// [`Fault`] of the blackboard.
+    pub fn is_mine(&self, cx: &Context<'_, '_>) -> Result<bool, Fault> {
+        Ok(cx.read(&self.owner)? == self.me)
+    }
+
     /// Takes the zone if it is free; returns whether this arm owns it.
     ///
     /// # Errors
@@ -128,7 +136,9 @@ impl Turn {
         let world = &mut *cx.world;
         self.wait(world);
         let since = self.step.began;
-        if world.now().since(since) >= PolicyTime::from_seconds(PATIENCE_S) {
+        // A free zone is closed to an arm that does not answer; that is reported elsewhere.
+        let is_long = world.now().since(since) >= PolicyTime::from_seconds(PATIENCE_S);
+        if is_long && !owner.is_empty() {
             world.zone_wait = Some(ZoneWait { zone, owner });
             world.note_wait(since, format_args!("zone '{zone}', which {owner} owns"));
             if !std::mem::replace(&mut self.told, true) {

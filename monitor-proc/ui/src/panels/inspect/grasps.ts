@@ -26,7 +26,9 @@ const DEG = 180 / Math.PI;
 /** A button and the list that it fills. */
 export function graspList(context: PanelContext, name: string, index: number, read: () => Pose | undefined): HTMLElement[] {
   const found = el("div", { class: "grasps", "aria-live": "polite" });
+  let searches = false;
   const why = () => {
+    if (searches) return "it searches";
     if (context.store.hello?.live !== true) return "only a live cell has grasps";
     return read() === undefined ? `${name} is not in the scene` : null;
   };
@@ -36,7 +38,11 @@ export function graspList(context: PanelContext, name: string, index: number, re
     about: () => `List how each arm can grip ${name} now, and what excludes the other candidates`,
     twin: () => `robocell grasp ${name}`,
     why,
-    run: () => void fill(context, index, found),
+    run: async () => {
+      searches = true;
+      await fill(context, index, found).catch(() => found.replaceChildren(el("p", { class: "dim" }, "the answer is broken")));
+      searches = false;
+    },
   });
   return [search, found];
 }

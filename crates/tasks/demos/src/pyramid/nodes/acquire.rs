@@ -34,8 +34,8 @@ struct State {
     step: Step,
     turn: Turn,
     waiting: Alarm,
-    /// The cube whose pose was unknown at the last attempt.
-    unseen: Option<usize>,
+    /// The cubes whose pose was unknown at the last attempt.
+    unseen: Set,
     /// The cube that was reserved last; kept from one pick-up to the next.
     last: Option<usize>,
 }
@@ -106,10 +106,16 @@ impl AcquireCube {
                 continue;
             }
             let Some(position) = cx.world.position(*cube) else {
+                if state.unseen.contains(self.notes.item(*cube)) {
+                    continue;
+                }
                 // This cube is next in the order, but it is not observed: the caller reports
-                // it.
+                // it, once.
                 return Ok(Some(best.map_or(*cube, |(_, cube)| cube)));
             };
+            if self.notes.is_given_up(cx, *cube, position)? {
+                continue;
+            }
             let ready = look.reaches(position)
                 && !cx.world.is_covered(*cube)
                 && !cx.world.is_held(*cube)
@@ -140,7 +146,9 @@ impl AcquireCube {
         let (arm, name) = (self.notes.me, cx.world.setup.object_name(cube));
         let Some(goal) = self.notes.aim(cx, cube, stack)? else {
             // Reported once for each cube, however often the node is tried.
-            if state.unseen.replace(cube) != Some(cube) {
+            let item = self.notes.item(cube);
+            if !state.unseen.contains(item) {
+                state.unseen = state.unseen.with(item);
                 let why = format_args!("[error] {arm}: the pose of {name} is not known");
                 cx.world.out.event(TraceEvent::Fault, why);
             }
@@ -148,7 +156,7 @@ impl AcquireCube {
         };
         // All that can fail was computed above, so a node that fails leaves no lock and no
         // reservation behind.
-        state.unseen = None;
+        state.unseen = state.unseen.without(self.notes.item(cube));
         self.notes.recovery.clear(cx)?;
         self.notes.zone.take(cx)?;
         // The same cube is not reserved a second time: its log line would repeat in every
@@ -182,6 +190,39 @@ impl AcquireCube {
         }
         Ok(())
     }
+
+    /// Without a cube to take: frees one below the stack, or waits out of the way.
+    fn wait(
+        &self,
+        state: &mut State,
+        cx: &mut Context<'_, '_>,
+        stack: Set,
+    ) -> Result<Status, Fault> {
+        let look = self.notes.look(cx);
+        if let Some(top) = look.top_over_obstacle(stack).filter(|_| !look.is_whole()) {
+            let stack = self.notes.remove_from_stack(cx, top)?;
+            return self.reserve(state, cx, top, stack);
+        }
+        let is_idle = look.is_whole() && !look.helps();
+        if is_idle && !self.notes.zone.is_mine(cx)? {
+            // Another arm has found a cube meanwhile: there is nothing left to do.
+            return Ok(Status::Failure);
+        }
+        self.rest(state, cx)?;
+        if is_idle {
+            return Ok(Status::Running);
+        }
+        let since = state.step.began;
+        cx.world
+            .note_wait(since, format_args!("no free cube is in reach"));
+        if state.waiting.is_due(cx.now, cx.get(&self.warning)?) {
+            let arm = self.notes.me;
+            let out = &mut *cx.world.out;
+            out.log(format_args!("[warning] {arm}: no free cube within reach"));
+            self.notes.try_again(cx)?;
+        }
+        Ok(Status::Running)
+    }
 }
 
 impl Leaf<Station> for AcquireCube {
@@ -198,6 +239,7 @@ impl Leaf<Station> for AcquireCube {
         // Another arm owns the centre: nothing is read or written until it is free.
         if self.notes.zone.is_closed(cx)? {
             state.waiting.clear();
+            state.step = Step::default();
             state.turn.wait_for(&self.notes.zone, cx)?;
             return Ok(Status::Running);
         }
@@ -230,25 +272,6 @@ impl Leaf<Station> for AcquireCube {
             state.last = Some(cube);
             return self.reserve(state, cx, cube, stack);
         }
-        let look = self.notes.look(cx);
-        if let Some(top) = look.top_over_obstacle(stack).filter(|_| !look.is_whole()) {
-            let stack = self.notes.remove_from_stack(cx, top)?;
-            return self.reserve(state, cx, top, stack);
-        }
-        if look.is_whole() && !look.helps() {
-            // Another arm has found a cube meanwhile: there is nothing left to do.
-            self.notes.zone.release(cx)?;
-            return Ok(Status::Failure);
-        }
-        self.rest(state, cx)?;
-        let since = state.step.began;
-        cx.world
-            .note_wait(since, format_args!("no free cube is in reach"));
-        if state.waiting.is_due(cx.now, cx.get(&self.warning)?) {
-            let arm = self.notes.me;
-            let out = &mut *cx.world.out;
-            out.log(format_args!("[warning] {arm}: no free cube within reach"));
-        }
-        Ok(Status::Running)
+        self.wait(state, cx, stack)
     }
 }

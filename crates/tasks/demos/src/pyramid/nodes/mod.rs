@@ -143,7 +143,11 @@ fn mark(notes: &Notes, required: &In<i64>, cx: &mut Context<'_, '_>) -> Result<S
     };
     let (goal, aside) = notes.goal(cx)?;
     // Observed, not assumed: a cube that fell off must not be counted.
-    if !cx.world.is_at(cube, goal, notes.task().goal_tolerance_m) {
+    let tolerance_m = match aside {
+        true => notes.task().goal_tolerance_m,
+        false => notes.look(cx).tolerance(notes.stack(cx)?.len() as usize),
+    };
+    if !cx.world.is_at(cube, goal, tolerance_m) {
         return Ok(Status::Failure);
     }
     let (arm, name) = (notes.me, cx.world.setup.object_name(cube));

@@ -19,8 +19,12 @@ use serde::{Deserialize, Serialize};
 use crate::pyramid::notes::Notes;
 use crate::pyramid::setup::Pyramid;
 
-/// In place of this warning the cube is available to all arms again.
+/// In place of this warning, and of this recovery in a row, the cube is available to all arms
+/// again.
 const WARNINGS: u32 = 3;
+const RECOVERIES: i64 = 5;
+/// A cube nearer to the TCP than this may still be in the gripper (m).
+const IN_GRIPPER_M: f64 = 0.03;
 /// Outside of the range that a file may name: the arm's own turn is used.
 const OWN_YAW: f64 = 1.0e6;
 
@@ -47,6 +51,8 @@ struct State {
     alarm: Alarm,
     /// Warnings so far.
     warnings: u32,
+    /// Decisions in a row without the cube in the gripper.
+    missed: u32,
 }
 
 /// The node type.
@@ -170,16 +176,22 @@ impl RecoverCube {
         ));
     }
 
-    /// Makes a cube that the arm cannot reach available: another arm may reach it, and this
-    /// arm takes another cube meanwhile. It keeps neither cube nor zone while it waits.
+    /// Makes a cube that the arm cannot take available: another arm may reach it, and this
+    /// arm takes another cube meanwhile. `AcquireCube` gives the zone back if there is none.
     fn give_up(&self, cx: &mut Context<'_, '_>, cube: usize, why: &str) -> Result<Status, Fault> {
         let (arm, name) = (self.notes.me, cx.world.setup.object_name(cube));
         let why = format_args!("[recover] {arm}: {name} {why}, and available again");
         cx.world.out.event(TraceEvent::Recover, why);
-        self.notes.set_owner(cx, cube, Owner::Available)?;
-        self.notes.set_current(cx, None)?;
+        self.notes.give_up(cx, cube)?;
         self.notes.recovery.clear(cx)?;
         Ok(Status::Failure)
+    }
+
+    /// Whether a closed gripper is still around the cube, whose contacts are missing for a moment:
+    /// fingers that open in the air would drop it.
+    fn may_be_held(&self, state: &mut State, cx: &Context<'_, '_>, cube: usize) -> bool {
+        let away = cx.world.has_left(cube, IN_GRIPPER_M) || cx.world.is_open();
+        !away && !cx.world.is_lost(cube, &mut state.missed)
     }
 
     /// Opens the gripper in place: the cube must not fall on the arm's own one.
@@ -195,6 +207,9 @@ impl RecoverCube {
     /// The end of a recovery. A cube without room for the fingers is made available again:
     /// another one may have to be picked first.
     fn finish(&self, cx: &mut Context<'_, '_>, cube: usize) -> Result<Status, Fault> {
+        if self.notes.count_recovery(cx)? >= RECOVERIES {
+            return self.give_up(cx, cube, "is not gripped");
+        }
         let look = self.notes.look(cx);
         if !look.is_free_around(cube) || cx.world.is_covered(cube) {
             self.notes.set_owner(cx, cube, Owner::Available)?;
@@ -203,6 +218,48 @@ impl RecoverCube {
         self.notes.recovery.clear(cx)?;
         // Failure on purpose: the selector above then continues with the pick-up.
         Ok(Status::Failure)
+    }
+
+    /// Moves above the cube in the zone, and ends when it is at rest there or is not reached.
+    fn follow(
+        &self,
+        state: &mut State,
+        cx: &mut Context<'_, '_>,
+        (cube, position): (usize, Vector3<f64>),
+        interval: f64,
+    ) -> Result<Status, Fault> {
+        if !state.turn.comes(&self.notes.zone, cx)? {
+            return Ok(Status::Running);
+        }
+        // Reserved again, also from `carried`: the cube is no longer in the gripper.
+        self.notes.set_owner(cx, cube, Owner::Reserved)?;
+        let stack = self.notes.stack(cx)?;
+        // The targets follow the cube in each tick, so the pick-up starts from its present
+        // pose.
+        self.notes.aim(cx, cube, stack)?;
+        let at_rest = self.is_at_rest(state, cx, position)?;
+        let there = self.stage(state, cx, cube, position)?;
+        // The interval counts only while the arm is not there: a cube that settles slowly is
+        // not a fault.
+        if there {
+            state.alarm.clear();
+        } else {
+            let name = cx.world.setup.object_name(cube);
+            let since = state.step.began;
+            cx.world
+                .note_wait(since, format_args!("{name} is not reached"));
+        }
+        if !there && state.alarm.is_due(cx.now, interval) {
+            state.warnings += 1;
+            if state.warnings >= WARNINGS {
+                return self.give_up(cx, cube, "is not reached");
+            }
+            self.warn(cx, cube);
+        }
+        if there && at_rest {
+            return self.finish(cx, cube);
+        }
+        Ok(Status::Running)
     }
 }
 
@@ -235,40 +292,16 @@ impl Leaf<Station> for RecoverCube {
             self.notes.recovery.clear(cx)?;
             return Ok(Status::Failure);
         };
-        if let Some(position) = cx.world.position(cube)
-            && !self.notes.look(cx).reaches(position)
-        {
+        if self.may_be_held(state, cx, cube) {
+            cx.world.stay(GripperGoal::Close);
+            return Ok(Status::Running);
+        }
+        let Some(position) = cx.world.position(cube) else {
+            return self.give_up(cx, cube, "is not in the cell");
+        };
+        if !self.notes.look(cx).reaches(position) {
             return self.give_up(cx, cube, "is out of reach");
         }
-        if !state.turn.comes(&self.notes.zone, cx)? {
-            return Ok(Status::Running);
-        }
-        // Reserved again, also from `carried`: the cube is no longer in the gripper.
-        self.notes.set_owner(cx, cube, Owner::Reserved)?;
-        let Some(position) = cx.world.position(cube) else {
-            cx.world.stay(GripperGoal::Open);
-            return Ok(Status::Running);
-        };
-        let stack = self.notes.stack(cx)?;
-        // The targets follow the cube in each tick, so the pick-up starts from its present
-        // pose.
-        self.notes.aim(cx, cube, stack)?;
-        let at_rest = self.is_at_rest(state, cx, position)?;
-        let there = self.stage(state, cx, cube, position)?;
-        // The interval counts only while the arm is not there: a cube that settles slowly is
-        // not a fault.
-        if there {
-            state.alarm.clear();
-        } else if state.alarm.is_due(cx.now, interval) {
-            state.warnings += 1;
-            if state.warnings >= WARNINGS {
-                return self.give_up(cx, cube, "is not reached");
-            }
-            self.warn(cx, cube);
-        }
-        if there && at_rest {
-            return self.finish(cx, cube);
-        }
-        Ok(Status::Running)
+        self.follow(state, cx, (cube, position), interval)
     }
 }

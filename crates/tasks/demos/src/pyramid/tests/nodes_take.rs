@@ -179,7 +179,7 @@ fn n19_a_recovery_waits_while_the_other_owns_the_centre() {
 }
 
 #[test]
-fn n21_an_unreached_cube_gives_a_warning_an_interval_and_keeps_everything() {
+fn n21_an_unreached_cube_gives_a_warning_an_interval_and_is_kept_for_three() {
     let mut bench = recover(LEFT);
     bench.set_text("cube_state:cube_1", "carried:left");
     bench.tick_after(0.0);
@@ -245,6 +245,45 @@ fn a_cube_that_left_the_reach_is_available_to_all_arms_again() {
     assert_eq!(bench.text("center_owner"), "");
     assert_eq!(current(&bench), "");
     assert!(!bench.recovery());
+}
+
+#[test]
+fn a_cube_that_was_given_up_is_left_alone_until_it_moves_or_a_while_has_passed() {
+    let mut bench = acquire(LEFT);
+    for (cube, x) in [(1, 0.8), (2, 0.9), (3, 1.0), (4, 1.1), (5, 1.2)] {
+        *bench.object(cube) = [x, 0.0, 0.025];
+    }
+    *bench.object(0) = [0.46, -0.1, 0.025];
+    bench.set_local(
+        "given_up",
+        Value::Text(behavior::Str::new("cube_1").unwrap()),
+    );
+    let at = behavior::value::Numbers::new(&[0.46, -0.1, 0.025]).unwrap();
+    bench.set_local("given_up_at", Value::Numbers(at));
+    assert_eq!(bench.tick(), Status::Running);
+    assert_eq!(bench.text("center_owner"), "");
+    bench.object(0)[1] += 0.02;
+    assert_eq!(bench.tick(), Status::Success, "it moved");
+    assert_eq!(current(&bench), "cube_1");
+}
+
+#[test]
+fn a_cube_that_is_never_gripped_is_available_again_after_some_recoveries() {
+    let mut bench = recover(LEFT);
+    for turn in 1..=5 {
+        assert_eq!(current(&bench), "cube_1", "{turn}");
+        let [x, y, z] = *bench.object(0);
+        bench.state.arms[LEFT].tcp.position = [x, y, z + 0.2];
+        for _ in 0..2 {
+            bench.tick_after(0.15);
+        }
+        let mut ticks = 0;
+        while bench.tick_after(0.15) == Status::Running && ticks < 10 {
+            ticks += 1;
+        }
+    }
+    assert_eq!(bench.text("cube_state:cube_1"), "available");
+    assert_eq!(bench.count("is not gripped, and available again"), 1);
 }
 
 #[test]

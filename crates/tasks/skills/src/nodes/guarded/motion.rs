@@ -208,6 +208,10 @@ impl Leaf<Station> for MoveToTarget {
             state.alarm.clear();
             return Ok(Status::Running);
         }
+        if cx.world.resumed {
+            // The time without decisions is no time of the motion.
+            state.alarm.clear();
+        }
         let drive = self.drive(cx)?;
         if cx.world.drive(&mut state.step, &drive) {
             return Ok(Status::Success);
