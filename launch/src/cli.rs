@@ -162,6 +162,10 @@ pub struct ChaosArgs {
     /// Kill and stop no other process
     #[arg(long, value_name = "PROCESS")]
     pub process: Option<ProcessName>,
+    /// Script that each job plays beside the faults: actions by time or phase, one JSON object
+    /// per line, as those that the drill writes
+    #[arg(long, value_name = "FILE.jsonl")]
+    pub script: Option<PathBuf>,
     /// Seed of the faults and of the first scene
     #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 0, value_parser = seed)]
     pub seed: u64,

@@ -111,6 +111,7 @@ fn plan(args: &ChaosArgs, seed: u64) -> Result<Plan, Failure> {
             words.data = args.data.clone();
             words.scene.speed = args.speed;
             words.job.bins = args.bins;
+            words.job.script.clone_from(&args.script);
             run::resolve(words)
         }
         _ => Err(Failure::usage("no run")),
