@@ -127,9 +127,12 @@ impl Look<'_, '_> {
         self.layers(self.world.arm, cube) == self.job.task.required_count as usize
     }
 
-    /// Whether the arm has to fetch a cube for another arm, now that its own stack is whole.
+    /// Whether the arm has to bring a cube for another arm, now that its own stack is whole: one
+    /// that it has to fetch, or that is in its gripper.
     pub(super) fn helps(&self) -> bool {
-        self.is_whole() && self.job.cubes.iter().any(|cube| self.is_for_another(*cube))
+        let cubes = &self.job.cubes;
+        let holds = self.world.held().is_some_and(|held| cubes.contains(&held));
+        self.is_whole() && (holds || cubes.iter().any(|cube| self.is_for_another(*cube)))
     }
 
     /// Whether only this arm can fetch a cube, and another arm needs it: it can fetch fewer free
@@ -259,7 +262,10 @@ impl Look<'_, '_> {
             aside: true,
         };
         if self.is_whole_without(Some(cube)) {
-            return self.handover_place(cube).map(aside);
+            // A cube in the gripper has to be put down anywhere.
+            let stack = Vector3::from(table.position);
+            let clear = || self.beside(stack).find(|place| self.is_clear(*place, cube));
+            return self.handover_place(cube).or_else(clear).map(aside);
         }
         if !is_blocked {
             return Some(on_stack);

@@ -5,7 +5,7 @@ use ipc_types::{ArmGoal, Decision, GripperGoal};
 
 use super::choice::ARMS;
 use super::spy::{Seen, Word};
-use super::world::World;
+use super::world::{CUBE_M, World};
 
 /// Stacks of the cell file (m).
 const GOALS: [[f64; 2]; ARMS] = [[0.46, -0.28], [0.46, 0.28]];
@@ -46,7 +46,8 @@ impl Moment<'_> {
         }
         let on_purpose = match self.leaf[arm] {
             "release" => self.is_over_goal(arm, cube),
-            "recover" => self.is_others(arm, cube),
+            // Where it rests nothing falls: the other arm may give it up in the same decision.
+            "recover" => self.is_others(arm, cube) || self.rests(cube),
             _ if self.is_operators() => true,
             _ => self.decision.drops > self.before.drops,
         };
@@ -63,6 +64,12 @@ impl Moment<'_> {
             Word::Reserved(a) | Word::Carried(a) | Word::Placed(a) => a != arm,
             Word::Available => false,
         }
+    }
+
+    /// A cube that is held on the table.
+    fn rests(&self, cube: usize) -> bool {
+        let [_, _, z] = self.world.position(cube);
+        (z - 0.5 * CUBE_M).abs() < 1.0e-3
     }
 
     /// It goes into the stack, or beside it, out of the way. Its support may have been pulled
