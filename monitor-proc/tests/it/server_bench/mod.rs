@@ -82,6 +82,30 @@ pub struct Bench {
     _kept: tempfile::TempDir,
 }
 
+fn hello(live: bool) -> Hello {
+    Hello {
+        live,
+        run: RunInfo {
+            id: "1".to_owned(),
+            cell: "c".to_owned(),
+            demo: "d".to_owned(),
+            policy: "p".to_owned(),
+            seed: 1,
+            speed: "1".to_owned(),
+        },
+        demos: Vec::new(),
+        source: None,
+    }
+}
+
+/// The grasps of object 1 by arm 0.
+fn grasps(arm: usize, object: usize) -> Result<String, String> {
+    match (arm, object) {
+        (0, 1) => Ok(r#"{"arm":"panda"}"#.to_owned()),
+        _ => Err(format!("there is no arm {arm}")),
+    }
+}
+
 impl Bench {
     pub fn start() -> Self {
         Self::with(Files::default(), true)
@@ -113,19 +137,7 @@ impl Bench {
         let incidents = Incidents::at(kept.path().to_owned());
         std::fs::create_dir(incidents.path(3)).unwrap();
         std::fs::write(incidents.path(3).join("incident.json"), "what was kept").unwrap();
-        let hello = Hello {
-            live,
-            run: RunInfo {
-                id: "1".to_owned(),
-                cell: "c".to_owned(),
-                demo: "d".to_owned(),
-                policy: "p".to_owned(),
-                seed: 1,
-                speed: "1".to_owned(),
-            },
-            demos: Vec::new(),
-            source: None,
-        };
+        let hello = hello(live);
         let scene = json!({ "demo": "d", "objects": [{ "name": name }] });
         let past: OpenPast = Arc::new(|| Ok(Box::new(FakePast)));
         let queue = Arc::new(FakeQueue::default());
@@ -153,12 +165,7 @@ impl Bench {
                     },
                     policies: None,
                     past: Some(past),
-                    grasps: live.then(|| -> GraspsOf {
-                        Arc::new(|arm, object| match (arm, object) {
-                            (0, 1) => Ok(r#"{"arm":"panda"}"#.to_owned()),
-                            _ => Err(format!("there is no arm {arm}")),
-                        })
-                    }),
+                    grasps: live.then(|| Arc::new(grasps) as GraspsOf),
                     incidents: live.then_some(incidents),
                 };
                 tokio::select! {

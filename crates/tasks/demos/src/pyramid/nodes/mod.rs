@@ -143,9 +143,10 @@ fn mark(notes: &Notes, required: &In<i64>, cx: &mut Context<'_, '_>) -> Result<S
     };
     let (goal, aside) = notes.goal(cx)?;
     // Observed, not assumed: a cube that fell off must not be counted.
-    let tolerance_m = match aside {
-        true => notes.task().goal_tolerance_m,
-        false => notes.look(cx).tolerance(notes.stack(cx)?.len() as usize),
+    let tolerance_m = if aside {
+        notes.task().goal_tolerance_m
+    } else {
+        notes.look(cx).tolerance(notes.stack(cx)?.len() as usize)
     };
     if !cx.world.is_at(cube, goal, tolerance_m) {
         return Ok(Status::Failure);

@@ -187,13 +187,6 @@ impl RecoverCube {
         Ok(Status::Failure)
     }
 
-    /// Whether a closed gripper is still around the cube, whose contacts are missing for a moment:
-    /// fingers that open in the air would drop it.
-    fn may_be_held(&self, state: &mut State, cx: &Context<'_, '_>, cube: usize) -> bool {
-        let away = cx.world.has_left(cube, IN_GRIPPER_M) || cx.world.is_open();
-        !away && !cx.world.is_lost(cube, &mut state.missed)
-    }
-
     /// Opens the gripper in place: the cube must not fall on the arm's own one.
     fn let_go(&self, state: &mut State, cx: &mut Context<'_, '_>, held: usize) {
         cx.world.stay(GripperGoal::Open);
@@ -263,6 +256,13 @@ impl RecoverCube {
     }
 }
 
+/// Whether a closed gripper is still around the cube, whose contacts are missing for a moment:
+/// fingers that open in the air would drop it.
+fn may_be_held(state: &mut State, cx: &Context<'_, '_>, cube: usize) -> bool {
+    let away = cx.world.has_left(cube, IN_GRIPPER_M) || cx.world.is_open();
+    !away && !cx.world.is_lost(cube, &mut state.missed)
+}
+
 impl Leaf<Station> for RecoverCube {
     type State = State;
 
@@ -292,7 +292,7 @@ impl Leaf<Station> for RecoverCube {
             self.notes.recovery.clear(cx)?;
             return Ok(Status::Failure);
         };
-        if self.may_be_held(state, cx, cube) {
+        if may_be_held(state, cx, cube) {
             cx.world.stay(GripperGoal::Close);
             return Ok(Status::Running);
         }
