@@ -224,7 +224,7 @@ impl RecoverCube {
         if !state.turn.comes(&self.notes.zone, cx)? {
             return Ok(Status::Running);
         }
-        // Reserved again, also from `carried`: the cube is no longer in the gripper.
+        // Reserved again, also from `carried`: the cube has left the gripper.
         self.notes.set_owner(cx, cube, Owner::Reserved)?;
         let stack = self.notes.stack(cx)?;
         // The targets follow the cube in each tick, so the pick-up starts from its present

@@ -209,7 +209,7 @@ impl Leaf<Station> for MoveToTarget {
             return Ok(Status::Running);
         }
         if cx.world.resumed {
-            // The time without decisions is no time of the motion.
+            // The time without decisions does not count as time of the motion.
             state.alarm.clear();
         }
         let drive = self.drive(cx)?;
