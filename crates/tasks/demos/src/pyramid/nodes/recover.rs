@@ -21,6 +21,7 @@ use crate::pyramid::setup::Pyramid;
 
 /// In place of this warning, and of this recovery in a row, the cube is available to all arms
 /// again.
+// A person may move the cube a few times; an arm that tries longer keeps the centre from the other.
 const WARNINGS: u32 = 3;
 const RECOVERIES: i64 = 5;
 /// A cube nearer to the TCP than this may still be in the gripper (m).
