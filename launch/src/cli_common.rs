@@ -105,6 +105,16 @@ pub enum ProcessName {
 }
 
 impl ProcessName {
+    /// Its word on the command line.
+    pub(crate) fn word(self) -> &'static str {
+        match self {
+            Self::Task => "task",
+            Self::Controller => "controller",
+            Self::Physics => "physics",
+            Self::Monitor => "monitor",
+        }
+    }
+
     /// Whether `process` is, or is one of, those of this name.
     pub(crate) fn includes(self, process: Process) -> bool {
         match self {

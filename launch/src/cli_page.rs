@@ -40,9 +40,6 @@ pub struct RecordArgs {
     /// Print one JSON object
     #[arg(long, global = true)]
     pub json: bool,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
-    pub cell: CellArgs,
 }
 
 /// Actions of the recorder.
@@ -53,9 +50,12 @@ pub enum RecordVerb {
         /// File to write (MCAP) [default: DEMO.mcap, or the next free DEMO-N.mcap]
         #[arg(value_name = "FILE.mcap")]
         file: Option<PathBuf>,
+        #[command(flatten)]
+        #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+        cell: CellArgs,
     },
     /// Close the file of `start` or `run --record`
-    Stop,
+    Stop(CellArgs),
     /// Save the last seconds of the flight recorder, as in `last 60s`
     Last {
         /// How far back
@@ -64,7 +64,19 @@ pub enum RecordVerb {
         /// File to write (MCAP) [default: DEMO.mcap, or the next free DEMO-N.mcap]
         #[arg(value_name = "FILE.mcap")]
         file: Option<PathBuf>,
+        #[command(flatten)]
+        #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+        cell: CellArgs,
     },
+}
+
+impl RecordVerb {
+    /// The cell whose recorder is asked.
+    pub(crate) fn cell(&self) -> &str {
+        match self {
+            Self::Start { cell, .. } | Self::Stop(cell) | Self::Last { cell, .. } => &cell.cell,
+        }
+    }
 }
 
 /// `robocell plot`.

@@ -18,6 +18,7 @@ mod cli_run;
 mod cli_status;
 mod cli_values;
 mod client;
+mod command_line;
 mod complete;
 mod eval;
 mod man;
@@ -39,7 +40,7 @@ use std::ffi::OsString;
 use std::process::ExitCode;
 
 use cell_rt::stdout;
-use clap::Parser as _;
+use clap::FromArgMatches as _;
 use supervisor::failure::{Code, Context as _, Failure};
 
 /// Does what the command line `words` says and turns a failure into its exit code.
@@ -78,7 +79,8 @@ fn parse(words: &[OsString]) -> Result<Option<cli::Cli>, Failure> {
              the file or folder"
         )));
     }
-    let error = match cli::Cli::try_parse_from(words) {
+    let matches = command_line::command().try_get_matches_from(command_line::cell_last(words));
+    let error = match matches.and_then(|matches| cli::Cli::from_arg_matches(&matches)) {
         Ok(cli) => return Ok(Some(cli)),
         Err(error) => error,
     };

@@ -62,15 +62,15 @@ struct Reply {
 
 /// Does what the command line says.
 pub(crate) fn record(args: &RecordArgs) -> Result<(), Failure> {
-    let session = Session::of(&args.cell.cell)?;
+    let session = Session::of(args.verb.cell())?;
     let file = |file: &Option<PathBuf>| match file {
         Some(file) => new_file(file),
         None => new_file(&made_up(&session.spec.demo)),
     };
     let request = match &args.verb {
-        RecordVerb::Start { file: to } => Request::Start { file: file(to)? },
-        RecordVerb::Stop => Request::Stop,
-        RecordVerb::Last { span, file: to } => Request::Last {
+        RecordVerb::Start { file: to, .. } => Request::Start { file: file(to)? },
+        RecordVerb::Stop(_) => Request::Stop,
+        RecordVerb::Last { span, file: to, .. } => Request::Last {
             seconds: *span,
             file: file(to)?,
         },

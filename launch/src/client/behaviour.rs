@@ -74,15 +74,18 @@ fn checked(kind: &str, args: &CheckArgs) -> Result<(), Failure> {
 }
 
 fn draw(kind: &str, args: &ShowArgs) -> Result<(), Failure> {
-    let (what, policy, program) = if let Some(what) = &args.what {
+    let (what, policy, program, dir) = if let Some(what) = &args.what {
         (
             what.clone(),
             args.policy.clone(),
             program_of(what, &args.data)?,
+            args.data.data.clone(),
         )
     } else {
         let spec = Session::of(&args.cell.cell)?.spec;
-        (spec.demo, Some(spec.policy), spec.task_program)
+        let policy = args.policy.clone().unwrap_or(spec.policy);
+        let dir = args.data.data.clone().or(spec.data_dir);
+        (spec.demo, Some(policy), spec.task_program, dir)
     };
     let mut arguments: Vec<String> = ["behaviour", "show", kind, &what, "--format"]
         .map(str::to_owned)
@@ -91,7 +94,7 @@ fn draw(kind: &str, args: &ShowArgs) -> Result<(), Failure> {
     if let Some(policy) = policy {
         arguments.extend(["--policy".to_owned(), policy]);
     }
-    if let Some(dir) = &args.data.data {
+    if let Some(dir) = &dir {
         let dir = std::fs::canonicalize(dir).cannot(format!("find {}", dir.display()))?;
         arguments.extend(["--data".to_owned(), dir.display().to_string()]);
     }

@@ -5,14 +5,16 @@ use std::time::{Duration, Instant};
 use cell_bus::Bus;
 use cell_model::Cell;
 use cell_model::runs::spec::Speed;
+use ipc_types::decision::Outcome;
 use ipc_types::operator::{OperatorAction, ReplyCode};
 use ipc_types::world::{FLAG_PAUSED, OBJECT_DRAGGED, PauseCause};
-use ipc_types::{OperatorReply, OperatorRequest, WorldState};
+use ipc_types::{Decision, OperatorReply, OperatorRequest, WorldState};
 use supervisor::control::{Reply, Request, ask};
 use supervisor::failure::{Context, Failure};
 
 use super::Session;
 use super::follow::Follower;
+use super::picture::Picture;
 use crate::cli::{
     AddBinArgs, CellArgs, DragArgs, DropPartsArgs, SpeedArgs, StepArgs, TaskArgs, TaskVerb,
 };
@@ -92,7 +94,25 @@ pub(crate) fn task(args: &TaskArgs) -> Result<(), Failure> {
         TaskVerb::Resume => OperatorAction::TaskResume,
         TaskVerb::Reset => OperatorAction::TaskReset,
     };
+    if action == OperatorAction::TaskStart
+        && let Some(phase) = running_phase(&Session::of(&args.cell.cell)?)?
+    {
+        say::line(format_args!(
+            "the task runs already, in phase {phase}; only one that waits for its start, or \
+             failed, is started"
+        ));
+        return Ok(());
+    }
     plain(&args.cell, action)
+}
+
+/// The phase of a task that runs.
+fn running_phase(session: &Session) -> Result<Option<String>, Failure> {
+    let mut picture = Picture::open(session)?;
+    picture.fill();
+    let is_running = |decision: &&Decision| decision.outcome == Outcome::Running.code();
+    let running = picture.decision().filter(is_running);
+    Ok(running.map(|decision| decision.phase.as_str().to_owned()))
 }
 
 /// `robocell drop-parts [N]`.
@@ -155,7 +175,11 @@ pub(crate) fn drag(args: &DragArgs) -> Result<(), Failure> {
             args.object
         ));
     } else {
-        say::line(format_args!("{} released at {place}", args.object));
+        let note = match asked.message.as_str() {
+            "" => String::new(),
+            note => format!("; {note}"),
+        };
+        say::line(format_args!("{} released at {place}{note}", args.object));
     }
     Ok(())
 }

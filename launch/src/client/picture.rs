@@ -80,6 +80,14 @@ impl Picture {
         }
     }
 
+    /// The number of each process's present start; none of one that was not heard.
+    pub(crate) fn starts(&self) -> impl Iterator<Item = (Process, u32)> {
+        self.healths.iter().map(|(process, health, _)| {
+            let header = health.get().map(|health| health.header.generation);
+            (*process, header.unwrap_or(0))
+        })
+    }
+
     pub(crate) fn state(&self) -> Option<&WorldState> {
         self.state.get()
     }

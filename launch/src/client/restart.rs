@@ -1,18 +1,21 @@
 //! `robocell restart PROC`: says when the process is back, and with what.
 
+use std::io::IsTerminal as _;
 use std::time::{Duration, Instant};
 
-use cell_bus::{Bus, Latest, Subscriber};
+use cell_bus::Subscriber;
+use crossterm::style::Stylize as _;
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::trace::TraceKind;
-use ipc_types::{Health, TraceLine};
+use ipc_types::{TraceLine, WorldState};
 use supervisor::control::{Request, ask};
 use supervisor::failure::{Context, Failure};
 use supervisor::run::policy::choose;
 
 use super::Session;
-use super::follow::{Follower, check_lives};
+use super::follow::check_lives;
 use super::operate::accepted;
+use super::picture::Picture;
 use crate::cli::{ProcessName, RestartArgs};
 use crate::{say, task_program};
 
@@ -20,103 +23,138 @@ use crate::{say, task_program};
 const PATIENCE: Duration = Duration::from_secs(20);
 /// Time between two looks.
 const LOOK: Duration = Duration::from_millis(1);
+/// A tick of physics (s).
+const TICK_S: f64 = 1.0e-3;
+/// Physics keeps its state at least this often (s): docs/limits.md.
+const KEPT_WITHIN_S: f64 = 1.0;
 /// The line of the log that says how the task began comes within this.
 const FIRST_LINE: Duration = Duration::from_millis(500);
 
 /// Restarts a process, and waits for it.
 pub(crate) fn restart(args: &RestartArgs) -> Result<(), Failure> {
-    let name = match args.process {
-        ProcessName::Task => "task",
-        ProcessName::Controller => "controller",
-        ProcessName::Physics => "physics",
-        ProcessName::Monitor => "monitor",
-    };
+    let name = args.process.word();
     let session = Session::of(&args.cell.cell)?;
     if args.process == ProcessName::Task {
         check_task(&session, args.policy.as_deref())?;
     }
     let bus = session.join()?;
-    let is_named = |process: &Process| args.process.includes(*process);
-    let processes = Process::all(session.spec.arms).into_iter().filter(is_named);
-    let mut starts = processes
-        .map(|process| Start::watch(&bus, process))
-        .collect::<Result<Vec<_>, _>>()?;
     let mut log = bus
         .subscriber(TopicId::Trace)
         .cannot("read the task's log")?;
-    let began = Instant::now();
+    let mut start = Start::watch(&session, args.process)?;
     let wish = Request::Restart {
         process: name.to_owned(),
         policy: args.policy.clone(),
     };
     accepted(ask(&session.dir.control(), &wish)?)?;
-    for start in &mut starts {
-        start.wait(&session, began)?;
-    }
-    let after_ms = began.elapsed().as_millis();
+    start.wait()?;
+    let after_ms = start.began.elapsed().as_millis();
     let details = match args.process {
-        ProcessName::Task => task_details(&session, &bus, &mut log)?,
-        ProcessName::Physics => {
-            let state = Follower::new(&session, &bus)?.now()?;
-            format!(", at {:.3} s", state.header.sim_time_ns as f64 * 1.0e-9)
-        }
+        ProcessName::Task => task_details(&session, &start.picture, &mut log)?,
+        ProcessName::Physics => start.resumption()?,
         ProcessName::Controller | ProcessName::Monitor => String::new(),
     };
     say::line(format_args!("{name} is back after {after_ms} ms{details}"));
     Ok(())
 }
 
-/// The starts of one process.
-struct Start {
-    process: Process,
-    health: Latest<Health>,
-    before: u32,
+/// How far physics went back, from `last_tick` to `resumed_tick`.
+fn resumption(last_tick: u64, resumed_tick: u64) -> String {
+    let seconds = |ticks: u64| ticks as f64 * TICK_S;
+    let back_s = seconds(last_tick.saturating_sub(resumed_tick));
+    let text = format!(
+        "resumed {back_s:.1} s back at {:.3} s",
+        seconds(resumed_tick)
+    );
+    let is_far = back_s > KEPT_WITHIN_S && std::io::stdout().is_terminal();
+    let text = if is_far { text.red().to_string() } else { text };
+    format!(", {text}")
 }
 
-impl Start {
-    fn watch(bus: &Bus, process: Process) -> Result<Self, Failure> {
-        let topic = TopicId::Health(process);
-        let mut health: Latest<Health> = bus.latest(topic).cannot("read the health")?;
-        health.refresh();
-        let before = health.get().map_or(0, |health| health.header.generation);
+/// The next start of all processes of a name.
+struct Start<'a> {
+    session: &'a Session,
+    name: ProcessName,
+    picture: Picture,
+    /// Which start each of the processes is, before.
+    before: Vec<(Process, u32)>,
+    /// Which start of physics the last state is of, and its tick.
+    last: (u32, u64),
+    began: Instant,
+}
+
+impl<'a> Start<'a> {
+    fn watch(session: &'a Session, name: ProcessName) -> Result<Self, Failure> {
+        let mut picture = Picture::open(session)?;
+        picture.fill();
+        let named = picture
+            .starts()
+            .filter(|(process, _)| name.includes(*process));
+        let last = picture.state().map(|state| &state.header);
         Ok(Self {
-            process,
-            health,
-            before,
+            session,
+            name,
+            before: named.collect(),
+            last: last.map_or((0, 0), |header| (header.generation, header.tick)),
+            began: Instant::now(),
+            picture,
         })
     }
 
-    /// Waits for the next start.
-    fn wait(&mut self, session: &Session, began: Instant) -> Result<(), Failure> {
+    /// Looks until `seen`.
+    fn until<T>(&mut self, seen: impl Fn(&Self) -> Option<T>) -> Result<T, Failure> {
         loop {
-            self.health.refresh();
-            let health = self.health.get();
-            if health.is_some_and(|health| health.header.generation > self.before) {
-                return Ok(());
+            self.picture.update();
+            if let Some(found) = seen(self) {
+                return Ok(found);
             }
-            check_lives(session)?;
-            if began.elapsed() > PATIENCE {
-                let name = self.process.name();
+            check_lives(self.session)?;
+            if self.began.elapsed() > PATIENCE {
+                let name = self.name.word();
                 return Err(Failure::configuration(format!(
                     "{name} was asked to restart and is not back after {} s; \
                      `robocell logs {name}` says more",
                     PATIENCE.as_secs()
                 )));
             }
+            let header = self.picture.state().map(|state| &state.header);
+            if let Some(header) = header.filter(|header| header.generation == self.last.0) {
+                self.last.1 = header.tick;
+            }
             std::thread::sleep(LOOK);
         }
+    }
+
+    /// Waits until all have started again.
+    fn wait(&mut self) -> Result<(), Failure> {
+        self.until(|start| {
+            let now = || start.picture.starts();
+            let is_new = |(process, before): &(Process, u32)| {
+                now().any(|(of, number)| of == *process && number > *before)
+            };
+            start.before.iter().all(is_new).then_some(())
+        })
+    }
+
+    /// How far back the new physics continues.
+    fn resumption(&mut self) -> Result<String, Failure> {
+        let resumed_tick = self.until(|start| {
+            let state = start.picture.state()?;
+            (state.header.generation > start.last.0).then_some(state.resumed_tick)
+        })?;
+        Ok(resumption(self.last.1, resumed_tick))
     }
 }
 
 /// What is held, and how the task began.
 fn task_details(
     session: &Session,
-    bus: &Bus,
+    picture: &Picture,
     log: &mut Subscriber<TraceLine>,
 ) -> Result<String, Failure> {
-    let state = Follower::new(session, bus)?.now()?;
     let cell = session.load_cell()?;
-    let held = state.arms().iter().filter_map(|arm| {
+    let arms = picture.state().map_or(&[][..], WorldState::arms);
+    let held = arms.iter().filter_map(|arm| {
         let index = (arm.gripper.held_object as usize).checked_sub(1)?;
         cell.objects.get(index)
     });

@@ -56,9 +56,11 @@ async function draws({ look, until, near, same, page, robocell }) {
   if (shot.length < 30_000) throw new Error(`the page is empty: ${shot.length} bytes of PNG`);
 }
 
-/** Pulls a placed cube out of the stack with the mouse. */
-async function drag({ page, look, until, press }) {
+/** Pulls a cube towards the viewer, then a placed one out of the stack, with the mouse. */
+async function drag(test) {
+  const { page, look, until, press } = test;
   await press("robocell resume");
+  await pullNearer(test);
   await until("the red cube is placed and the hand is away", (r) => {
     const { placed, phase } = r.store.status.task;
     return placed.includes("red_cube") && !["RELEASE", "LOWER"].includes(phase);
@@ -91,6 +93,50 @@ async function drag({ page, look, until, press }) {
     lines,
   );
   await until("the job continues", (r) => r.store.status.task.outcome === "running");
+}
+
+/** A pull down the screen moves a cube across the table, and not into it; a press beside the cube takes it, too, and
+ * one on nothing leaves the camera alone. */
+async function pullNearer({ page, look, until, same }) {
+  const name = "yellow_cube";
+  const index = await look((r, name) => r.store.scene.objects.findIndex((one) => one.name === name), name);
+  const pose = () => look((r, i) => r.store.snapshot.objects[i].pose.slice(0, 3), index);
+  const before = await pose();
+  const [x, y] = await look((r, name) => r.view.screenOf(name), name);
+  const hint = page.locator(".pointer-hint");
+  const isOn = async (px) => {
+    await page.mouse.move(px, y);
+    await page.waitForTimeout(200);
+    return (await hint.isVisible()) && (await hint.innerText()).includes(`moves ${name}`);
+  };
+  let beside = x;
+  while (await isOn(beside)) beside += 2;
+  await page.keyboard.down("Shift");
+  await page.mouse.move(beside + 6, y);
+  await page.mouse.down();
+  for (let step = 1; step <= 10; step++) {
+    await page.mouse.move(beside + 6, y + 10 * step);
+    await page.waitForTimeout(60);
+  }
+  await page.locator(".label", { hasText: /^\d+ mm$/ }).waitFor();
+  await until(
+    "physics moved the cube across the table",
+    (r, [i, before]) => {
+      const [x, y, z] = r.store.snapshot.objects[i].pose;
+      return Math.hypot(x - before[0], y - before[1]) > 0.06 && Math.abs(z - before[2]) < 0.01;
+    },
+    [index, before],
+  );
+  await page.mouse.up();
+  const address = page.url();
+  const frame = await page.locator("#view").boundingBox();
+  await page.mouse.move(frame.x + 20, frame.y + 20);
+  await page.mouse.down();
+  await page.mouse.move(frame.x + 120, frame.y + 80, { steps: 4 });
+  await page.mouse.up();
+  await page.keyboard.up("Shift");
+  await page.waitForTimeout(500);
+  same("the address after Shift and a drag of nothing", page.url(), address);
 }
 
 /** Leads the arm by the target while the task is paused. */

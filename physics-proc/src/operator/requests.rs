@@ -4,13 +4,15 @@
 use ipc_types::operator::ReplyCode;
 use ipc_types::{GripperGoal, MAX_BREAKS, MAX_JOINTS, OperatorPanel, OperatorRequest, Pose};
 use nalgebra::Isometry3;
+use rapier3d_f64::prelude::RigidBody;
 
 use crate::arm::arms::Arms;
 use crate::arm::multibody::Arm;
 use crate::engine::convert;
+use crate::engine::settings::GRAVITY;
 use crate::engine::simulation::Engine;
 use crate::error::WorldError;
-use crate::operator::drag::Drags;
+use crate::operator::drag::{Drags, MAX_FORCE_N};
 use crate::operator::panel::Panel;
 
 /// An answer: a code, and a sentence for the person: the reason of a refusal, or the condition
@@ -107,6 +109,14 @@ impl Operator {
             );
         }
         self.drags.start(object, &pose, target, request.seconds);
+        let mass_kg = engine.object(object).map_or(0.0, RigidBody::mass);
+        let weight_n = mass_kg * GRAVITY[2].abs();
+        if weight_n > MAX_FORCE_N {
+            return accepted_but(&format!(
+                "{mass_kg:.1} kg weigh {weight_n:.0} N: a drag pulls with at most \
+                 {MAX_FORCE_N:.0} N and does not lift it"
+            ));
+        }
         accepted()
     }
 

@@ -2,6 +2,7 @@
 
 use crate::support;
 
+use cell_model::{Cell, Data};
 use ipc_types::operator::{OperatorAction, ReplyCode};
 use ipc_types::world::OBJECT_DRAGGED;
 use ipc_types::{OperatorRequest, Wire};
@@ -181,4 +182,22 @@ fn an_answer_says_what_a_request_does_not_do_yet() {
     }
     let panel = rig.state().panel;
     assert_eq!((panel.task_paused, panel.task_started), (1, 0));
+}
+
+#[test]
+fn a_drag_that_cannot_lift_its_object_says_so() {
+    let mut cell = Cell::load(&Data::checkout(), "franka-stack", 1, None).unwrap();
+    cell.objects[0].mass = 20.0;
+    let mut rig = Rig::with(cell);
+    let mut ask = |object| {
+        let request = drag(object, [0.6, 0.1, 0.2], 1.0);
+        rig.world.execute_request(OperatorAction::Drag, &request)
+    };
+    let (code, message) = ask(0);
+    assert_eq!(code, ReplyCode::Accepted);
+    assert!(
+        message.contains("20.0 kg") && message.contains("does not lift"),
+        "{message}"
+    );
+    assert_eq!(ask(1), (ReplyCode::Accepted, String::new()));
 }

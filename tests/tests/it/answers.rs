@@ -64,6 +64,15 @@ fn answers_name_the_time_the_place_and_what_is_held() {
         said.stdout.contains("controller is back after "),
         "{said:?}"
     );
+    let said = cell.ask(&["restart", "physics"]);
+    let back_s = number_after(&said.stdout, ", resumed ");
+    let resumed_s = number_after(&said.stdout, "s back at ");
+    assert!((0.0..=1.0).contains(&back_s) && resumed_s > 0.5, "{said:?}");
+    let said = cell.ask(&["task", "start"]);
+    assert!(
+        said.code == 0 && said.stdout.starts_with("the task runs already, in phase "),
+        "{said:?}"
+    );
     let said = cell.ask(&["pause"]);
     let paused_s = number_after(&said.stdout, "paused at");
     assert!(paused_s > 0.5, "{said:?}");

@@ -50,6 +50,12 @@ impl Recording {
     ///
     /// When there is nothing that can be read, and why.
     pub fn open(path: &Path) -> Result<Self, RecordError> {
+        if !path.try_exists().unwrap_or(true) {
+            return Err(RecordError::NoRecording {
+                path: path.to_owned(),
+                reason: "no such file or directory".to_owned(),
+            });
+        }
         let files = if path.is_dir() {
             // A file that was started or removed at this moment is not an error.
             let segments = flight::segments(path)?;

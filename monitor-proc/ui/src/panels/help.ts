@@ -9,7 +9,7 @@ const MOUSE: Entries = [
   ["Wheel", "zoom to the mouse"],
   ["Click", "select an object or an arm"],
   ["Double click", "look closer"],
-  ["Shift + drag", "pull an object by a spring; it also reaches through arms"],
+  ["Shift + drag", "pull an object by a spring, at its height; it also reaches through arms"],
   ["… and Ctrl", "straight up and down"],
   ["… and wheel", "raise, lower"],
   ["Drag an arrow", "lead the arm (task paused, or reach)"],
@@ -19,6 +19,7 @@ const TOUCH: Entries = [
   ["One finger", "turn the view"],
   ["Two fingers", "zoom and shift the view"],
   ["Tap", "select an object or an arm"],
+  ["Long press, drag", "pull an object by a spring"],
   ["Drag an arrow", "lead the arm (task paused, or reach)"],
 ];
 
@@ -29,6 +30,7 @@ const KEYS: Entries = [
   ["G", "open or close the gripper (task paused, or reach)"],
   ["T, E", "arrows at the tool: move, turn the target"],
   ["1 to 5", "view: cell, top, front, side, tool"],
+  ["F", "look at what is selected, else at the tool"],
   ["Esc", "release; close the guide, a sheet, a drawer"],
   ["← →", "on the timeline: 0.1 s, with Shift 1 s; on tabs: next"],
   ["Page ↑ ↓", "on the timeline: 5 s"],

@@ -24,6 +24,7 @@ export function mountKeys(context: PanelContext, act: Actions, help: () => void)
     g: () => press(act.gripper),
     t: () => context.view?.gizmoMode("translate"),
     e: () => context.view?.gizmoMode("rotate"),
+    f: () => context.view?.frameSelection(),
     "?": help,
   };
   for (let camera = 1; camera <= 5; camera++) keys[String(camera)] = () => context.view?.camera(camera);

@@ -1,18 +1,20 @@
 // Where the cell is seen from: presets, the mouse, the URL's hash (`#view=top`, or
 // `#cam=...` once a hand turned it).
-import { Box3, PerspectiveCamera, Vector3 } from "three";
+import { Box3, OrthographicCamera, Vector3 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import type { Scene } from "../net/protocol";
 import { getHash, setHash } from "../panels/hash";
+import { halfHeight, type Lens, orthographic, perspective } from "./lens";
 
-const FIELD_OF_VIEW = 38;
 const SETTLE_MS = 300;
 const TOOL_OFFSET = new Vector3(0.5, -0.28, 0.3);
 const FOCUS_DISTANCE_M = 0.9;
 /** Directions from the cell to the eye. */
 const TOP = new Vector3(-0.001, 0, 1);
-const FRONT = new Vector3(1, 0, 0.22);
-const SIDE = new Vector3(0.001, -1, 0.22);
+const FRONT = new Vector3(1, 0, 0);
+const SIDE = new Vector3(0, -1, 0);
+/** Of the straight views, by the number of the preset. */
+const STRAIGHT: Record<number, Vector3> = { 2: TOP, 3: FRONT, 4: SIDE };
 
 /** Names of the presets in the address; where none is named it is the cell's own. */
 const NAMED: Record<string, number> = { cell: 1, top: 2, front: 3, side: 4 };
@@ -28,8 +30,12 @@ interface Side {
 }
 
 export class Camera {
-  readonly lens = new PerspectiveCamera(FIELD_OF_VIEW, 1, 0.04, 80);
+  /** The lens in use. */
+  lens: Lens;
   readonly orbit: OrbitControls;
+  private readonly free = perspective();
+  private readonly straight = orthographic();
+  private aspect = 1;
   /** What the camera goes along with, as of the last frame. */
   private followed: Vector3 | null = null;
   private following = false;
@@ -42,6 +48,7 @@ export class Camera {
     element: HTMLElement,
     private readonly changed: () => void,
   ) {
+    this.lens = this.free;
     this.orbit = new OrbitControls(this.lens, element);
     this.orbit.zoomToCursor = true;
     this.orbit.minDistance = 0.1;
@@ -77,6 +84,7 @@ export class Camera {
     this.following = number === 5 && tool !== null;
     this.followed = null;
     if (number === 5 && tool !== null) {
+      this.use(this.free);
       this.look(tool, tool.clone().add(TOOL_OFFSET));
       this.followed = tool.clone();
       this.write();
@@ -90,17 +98,33 @@ export class Camera {
   }
 
   private fitPreset(number: number): void {
-    if (number === 2) this.fit(TOP);
-    else if (number === 3) this.fit(FRONT);
-    else if (number === 4) this.fit(SIDE);
+    const straight = STRAIGHT[number];
+    this.use(straight === undefined ? this.free : this.straight);
+    if (straight !== undefined) this.fitStraight(straight);
     // The whole cell is shown, also where the panels leave little room.
     else this.fit(this.seen.eye.clone().sub(this.seen.target));
   }
 
-  /** Goes along with the tool while preset 5 is on. */
-  follow(tool: Vector3 | null): void {
+  private use(lens: Lens): void {
+    if (lens === this.lens) return;
+    this.lens = lens;
+    this.orbit.object = lens;
+    // To the cursor a straight view would leave what it shows in the middle.
+    this.straight.zoom = 1;
+    this.resizeLens();
+  }
+
+  private resizeLens(): void {
+    this.free.aspect = this.aspect;
+    this.straight.left = this.straight.bottom * this.aspect;
+    this.straight.right = this.straight.top * this.aspect;
+    this.lens.updateProjectionMatrix();
+  }
+
+  /** Goes along with the tool while preset 5 is on, but not while a hand (`busy`) drags something: what it aims at would leave its place. */
+  follow(tool: Vector3 | null, busy: boolean): void {
     if (!this.following || tool === null) return;
-    if (this.followed !== null) {
+    if (this.followed !== null && !busy) {
       const step = tool.clone().sub(this.followed);
       this.lens.position.add(step);
       this.orbit.target.add(step);
@@ -112,14 +136,18 @@ export class Camera {
   /** Brings a point to the middle, from the side it is seen from now. */
   focus(point: Vector3): void {
     this.following = false;
-    const direction = this.lens.position.clone().sub(this.orbit.target).normalize();
-    this.look(point, point.clone().addScaledVector(direction, FOCUS_DISTANCE_M));
+    const direction = this.lens.position.clone().sub(this.orbit.target);
+    // A straight view becomes larger in its place: nearer, it would be within what it shows.
+    const isStraight = this.lens === this.straight;
+    if (!isStraight) direction.setLength(FOCUS_DISTANCE_M);
+    this.look(point, point.clone().add(direction));
+    if (isStraight) this.height(halfHeight(FOCUS_DISTANCE_M));
     this.write();
   }
 
   resize(width: number, height: number): void {
-    this.lens.aspect = width / height;
-    this.lens.updateProjectionMatrix();
+    this.aspect = width / height;
+    this.resizeLens();
     if (getHash("cam") === null && !this.following) this.restore();
   }
 
@@ -128,13 +156,13 @@ export class Camera {
     const back = direction.clone().normalize();
     const right = new Vector3(0, 0, 1).cross(back).normalize();
     const up = back.clone().cross(right);
-    const tan = Math.tan((this.lens.fov * Math.PI) / 360);
+    const tan = halfHeight(1);
     const target = new Box3().setFromPoints(this.points).getCenter(new Vector3());
     let away = 1;
     for (let round = 0; round < FIT_ROUNDS; round++) {
       const corners = this.points.map((point) => point.clone().sub(target));
       const [wide, tall] = [right, up].map((axis, index) => {
-        const reach = tan * (index === 0 ? this.lens.aspect : 1) * FIT_MARGIN;
+        const reach = tan * (index === 0 ? this.aspect : 1) * FIT_MARGIN;
         return corners.map((corner) => ({ at: corner.dot(axis) / reach, depth: corner.dot(back) }));
       }) as [Side[], Side[]];
       const needed = (sides: Side[]) => Math.max(...sides.map(({ at, depth }) => Math.abs(at) + depth));
@@ -145,10 +173,34 @@ export class Camera {
         return (Math.max(...seen) + Math.min(...seen)) / 2;
       };
       const step = away * tan * FIT_MARGIN;
-      target.addScaledVector(right, skew(wide) * step * this.lens.aspect);
+      target.addScaledVector(right, skew(wide) * step * this.aspect);
       target.addScaledVector(up, skew(tall) * step);
     }
     this.look(target, target.clone().addScaledVector(back, away));
+  }
+
+  /** The whole cell without perspective: what is above or beside what can be read off. */
+  private fitStraight(direction: Vector3): void {
+    const back = direction.clone().normalize();
+    const right = new Vector3(0, 0, 1).cross(back).normalize();
+    const up = back.clone().cross(right);
+    const target = new Box3().setFromPoints(this.points).getCenter(new Vector3());
+    const extent = (axis: Vector3) => {
+      const all = this.points.map((point) => point.clone().sub(target).dot(axis));
+      return [Math.min(...all), Math.max(...all)] as const;
+    };
+    const [wide, tall, depth] = [extent(right), extent(up), extent(back)];
+    target.addScaledVector(right, (wide[0] + wide[1]) / 2).addScaledVector(up, (tall[0] + tall[1]) / 2);
+    const half = Math.max((tall[1] - tall[0]) / 2, (wide[1] - wide[0]) / 2 / this.aspect) / FIT_MARGIN;
+    this.look(target, target.clone().addScaledVector(back, depth[1] + half / halfHeight(1)));
+    this.height(half);
+  }
+
+  /** Half the height of a straight picture (m). */
+  private height(half_m: number): void {
+    [this.straight.top, this.straight.bottom, this.straight.zoom] = [half_m, -half_m, 1];
+    this.resizeLens();
+    this.orbit.update();
   }
 
   private look(target: Vector3, eye: Vector3): void {
@@ -161,12 +213,14 @@ export class Camera {
   /** Looks from where the address says. */
   private restore(): void {
     const numbers = (getHash("cam") ?? "").split(",").map(Number);
-    if (numbers.length !== 6 || !numbers.every(Number.isFinite)) {
+    if (![6, 7].includes(numbers.length) || !numbers.every(Number.isFinite)) {
       this.fitPreset(NAMED[getHash("view") ?? ""] ?? 1);
       return;
     }
-    const [a = 0, b = 0, c = 0, d = 0, e = 0, f = 0] = numbers;
+    const [a = 0, b = 0, c = 0, d = 0, e = 0, f = 0, half] = numbers;
+    this.use(half === undefined ? this.free : this.straight);
     this.look(new Vector3(d, e, f), new Vector3(a, b, c));
+    if (half !== undefined) this.height(half);
   }
 
   /** Writes the hash once the hand rests: browsers limit how often it may change. */
@@ -180,6 +234,8 @@ export class Camera {
 
   private numbers(): string {
     const numbers = [...this.lens.position.toArray(), ...this.orbit.target.toArray()];
+    // A seventh number, half the height of the picture, is that of a straight view.
+    if (this.lens instanceof OrthographicCamera) numbers.push(this.straight.top / this.straight.zoom);
     return numbers.map((number) => number.toFixed(3)).join(",");
   }
 }

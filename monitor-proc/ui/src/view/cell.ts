@@ -87,6 +87,11 @@ export class Cell {
     return this.bodies.find((item) => item.name === name) ?? null;
   }
 
+  /** Objects and furniture. */
+  withoutArms(): Object3D[] {
+    return this.root.children.filter((child) => !this.robots.some(({ root }) => root === child));
+  }
+
   /** The object, arm or fixture that `object` is a part of. */
   ownerOf(object: Object3D): Owner {
     const none: Owner = { body: null, arm: null, fixture: null };

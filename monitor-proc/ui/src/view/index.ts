@@ -88,6 +88,14 @@ export class View implements ViewApi {
     this.eye.preset(preset, this.tool());
   }
 
+  /** Brings what is selected, else the tool, to the middle, and near. */
+  frameSelection(): void {
+    const { name } = this.selection;
+    const body = name === null ? null : (this.cell?.body(name) ?? null);
+    const at = body?.group.position.clone() ?? this.tool();
+    if (at !== null) this.eye.focus(at);
+  }
+
   gizmoMode(mode: "translate" | "rotate"): void {
     this.gizmo.mode(mode);
     this.refresh();
@@ -215,7 +223,7 @@ export class View implements ViewApi {
     this.store.on("scene", (scene) => this.takeScene(scene));
     this.store.on("snapshot", (snapshot) => this.takeSnapshot(snapshot));
     this.store.on("connection", (connected) => {
-      if (!connected) this.drag.drop();
+      if (!connected) this.drag.release();
     });
     if (this.store.scene !== null) this.takeScene(this.store.scene);
   }
@@ -249,7 +257,7 @@ export class View implements ViewApi {
       this.stage.scene.remove(this.cell.root);
       this.eye.forget();
     }
-    this.drag.drop();
+    this.drag.release();
     this.selection.set(null);
     this.overlays.reset();
     this.gizmo.arm = 0;
@@ -312,14 +320,14 @@ export class View implements ViewApi {
   private dress(): void {
     const { cell, shown } = this;
     if (cell === null || shown === null) return;
-    this.eye.follow(this.tool());
+    this.eye.follow(this.tool(), this.busy);
     this.labels.begin();
     this.overlays.update(cell, shown);
+    this.drag.update(cell, this.labels);
     this.labels.end();
     // A selected arm shows its gizmo also while it cannot lead.
     const selected = cell.scene.arms[this.gizmo.arm]?.name === this.selection.name;
     this.gizmo.update(cell, shown, selected);
-    this.drag.update();
     this.selection.update();
   }
 }

@@ -1,6 +1,6 @@
 // Short texts that stand at points of the cell. They are elements over the
 // canvas: sharp at every quality, and only ever text.
-import { type PerspectiveCamera, Vector3 } from "three";
+import { type Camera, Vector3 } from "three";
 
 interface Label {
   element: HTMLElement;
@@ -47,7 +47,7 @@ export class Labels {
   }
 
   /** Moves all to where `camera` sees their points. */
-  place(camera: PerspectiveCamera, width: number, height: number): void {
+  place(camera: Camera, width: number, height: number): void {
     const at = new Vector3();
     for (const label of this.labels.values()) {
       at.copy(label.at).project(camera);

@@ -3,7 +3,7 @@ import {
   HalfFloatType,
   NeutralToneMapping,
   PCFShadowMap,
-  type PerspectiveCamera,
+  type Camera,
   type Scene,
   WebGLRenderTarget,
   WebGLRenderer,
@@ -68,7 +68,7 @@ export class Screen {
     this.output.setSize(width, height);
   }
 
-  draw(scene: Scene, camera: PerspectiveCamera, moved: boolean): void {
+  draw(scene: Scene, camera: Camera, moved: boolean): void {
     const now = performance.now();
     if (moved && now - this.shadowsAt >= (this.level?.shadows?.everyMs ?? 0)) {
       this.renderer.shadowMap.needsUpdate = true;

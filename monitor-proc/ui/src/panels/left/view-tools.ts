@@ -41,11 +41,18 @@ export function viewTools(context: PanelContext): HTMLElement {
       run: () => view.camera(index + 1),
     }),
   );
+  const frame = button(context, {
+    label: "look at it",
+    class: "small",
+    about: () => "Bring what is selected, else the tool, to the middle, and near (key F)",
+    twin: () => null,
+    run: () => view.frameSelection(),
+  });
   return el(
     "div",
     { class: "view-tools" },
     el("div", { class: "checks" }, ...boxes),
-    el("div", { class: "segments", role: "group", "aria-label": "Camera" }, ...cameras),
+    el("div", { class: "segments", role: "group", "aria-label": "Camera" }, ...cameras, frame),
     gizmo(context),
     quality(context, view),
   );

@@ -1,39 +1,51 @@
-// Shift-drag pulls a body by a spring; the monitor asks physics for it.
-import { Group, Mesh, MeshBasicMaterial, Plane, SphereGeometry, Vector3 } from "three";
+// Shift-drag, or a drag after a long press on a touch screen, pulls a body by a spring; the
+// monitor asks physics for it.
+import { Group, Mesh, MeshBasicMaterial, type Ray, SphereGeometry } from "three";
 import type { Vec3 } from "../../net/protocol";
 import type { Store } from "../../net/store";
 import { FLAG } from "../../net/snapshot";
 import type { Body, Cell } from "../cell";
 import type { Camera } from "../camera";
+import type { Labels } from "../labels";
+import { DropLine } from "../overlays/drop-line";
 import { Strokes } from "../overlays/strokes";
-import { pick, rayAt } from "./pick";
+import { bodyNear, rayAt } from "./pick";
+import { Pull } from "./pull";
+import { Snap } from "./snap";
 
-/** At most 30 commands a second while the hand moves. */
+/** At most 30 commands a second while the pointer moves. */
 const SEND_MS = 34;
 /** So often while it rests: the spring lets go by itself after `PULL_S`. */
 const HOLD_MS = 200;
 const PULL_S = 0.3;
 const WHEEL_M = 0.0002;
-const FARTHEST_M = 5;
 const LINE = 0x4cc9ff;
+/** A finger that stays for so long grabs; one that moves farther meanwhile turns the camera. */
+const LONG_PRESS_MS = 500;
+const STILL_PX = 10;
 
-interface Pull {
+interface Grab {
   body: Body;
   pointer: number;
-  plane: Plane;
-  /** From the grabbed point to the body's own origin. */
-  offset: Vector3;
-  lift: number;
-  to: Vector3;
+  pull: Pull;
+  ray: Ray;
+  /** Height of the pointer on the page (pixels). */
+  y: number;
   sentAt: number;
   moved: boolean;
+  /** Something was said about this pull. */
+  told: boolean;
 }
 
 export class Drag {
   readonly root = new Group();
-  private pull: Pull | null = null;
+  private grabbed: Grab | null = null;
   private timer = 0;
+  private press: { timer: number; x: number; y: number } | null = null;
+  private readonly held = new Group();
   private readonly line = new Strokes(1, LINE);
+  private readonly drop = new DropLine(LINE);
+  private readonly snap: Snap;
   private readonly hook: Mesh;
 
   constructor(
@@ -47,128 +59,173 @@ export class Drag {
     this.hook = new Mesh(new SphereGeometry(0.008, 12, 8), paint);
     this.hook.renderOrder = 10;
     this.hook.raycast = () => {};
-    this.root.add(this.line.lines, this.hook);
-    this.root.visible = false;
-    // On the way down to the canvas, before the camera's own handlers.
-    const early = { capture: true };
-    element.addEventListener("pointerdown", (event) => this.grab(event), early);
-    element.addEventListener("pointermove", (event) => this.move(event), early);
-    element.addEventListener("pointerup", (event) => this.release(event), early);
-    element.addEventListener("pointercancel", (event) => this.release(event), early);
-    element.addEventListener("wheel", (event) => this.wheel(event), { capture: true, passive: false });
-    window.addEventListener("blur", () => this.drop());
-    window.addEventListener("keydown", (event) => {
-      if (event.key === "Escape") this.drop();
-    });
+    this.held.add(this.line.lines, this.hook, this.drop.root);
+    this.held.visible = false;
+    this.snap = new Snap(element, camera, cell, () => this.active, changed);
+    this.root.add(this.held, this.snap.root);
+    this.listen();
   }
 
   get active(): boolean {
-    return this.pull !== null;
+    return this.grabbed !== null;
   }
 
   /** Lets go. */
-  drop(): void {
-    if (this.pull === null) return;
+  release(): void {
+    this.forgetPress();
+    const { grabbed } = this;
+    if (grabbed === null) return;
     clearInterval(this.timer);
-    if (this.element.hasPointerCapture(this.pull.pointer)) {
-      this.element.releasePointerCapture(this.pull.pointer);
+    if (this.element.hasPointerCapture(grabbed.pointer)) {
+      this.element.releasePointerCapture(grabbed.pointer);
     }
-    this.pull = null;
-    this.root.visible = false;
+    this.grabbed = null;
+    this.held.visible = false;
+    this.camera.orbit.enabled = true;
     this.changed();
   }
 
-  /** Draws the line from the body to where it is pulled. */
-  update(): void {
-    if (this.pull === null) return;
+  /** Draws the line from the body to where it is pulled, and its height. */
+  update(cell: Cell, labels: Labels): void {
+    this.snap.update();
+    if (this.grabbed === null) return;
+    const { body, pull } = this.grabbed;
     this.line.clear();
-    this.line.add(this.pull.body.group.position, this.pull.to);
-    this.hook.position.copy(this.pull.to);
+    this.line.add(body.group.position, pull.to);
+    this.hook.position.copy(pull.to);
+    this.drop.below(cell, body, labels);
   }
 
-  private grab(event: PointerEvent): void {
+  private listen(): void {
+    const { element } = this;
+    // On the way down to the canvas, before the camera's own handlers.
+    const early = { capture: true };
+    element.addEventListener("pointerdown", (event) => this.down(event), early);
+    element.addEventListener("pointermove", (event) => this.move(event), early);
+    element.addEventListener("pointerup", (event) => this.up(event), early);
+    element.addEventListener("pointercancel", (event) => this.up(event), early);
+    element.addEventListener("wheel", (event) => this.wheel(event), { capture: true, passive: false });
+    window.addEventListener("blur", () => this.release());
+    window.addEventListener("keydown", (event) => {
+      if (event.key === "Escape") this.release();
+    });
+  }
+
+  private down(event: PointerEvent): void {
+    if (this.grabbed !== null) return;
+    if (event.pointerType === "touch") this.startPress(event);
+    else if (event.shiftKey && event.button === 0) {
+      // Also beside every body: the camera would pan.
+      event.stopPropagation();
+      event.preventDefault();
+      if (this.grab(event)) this.element.setPointerCapture(event.pointerId);
+    }
+  }
+
+  private startPress(event: PointerEvent): void {
+    this.forgetPress();
+    if (!event.isPrimary) return;
+    const { clientX: x, clientY: y } = event;
+    const timer = window.setTimeout(() => {
+      this.press = null;
+      // The camera's own handlers have this pointer: they stay out of the way until it leaves.
+      if (this.grab(event)) this.camera.orbit.enabled = false;
+    }, LONG_PRESS_MS);
+    this.press = { timer, x, y };
+  }
+
+  private forgetPress(): void {
+    clearTimeout(this.press?.timer);
+    this.press = null;
+  }
+
+  private grab({ clientX, clientY, pointerId }: PointerEvent): boolean {
     const cell = this.cell();
-    if (!event.shiftKey || event.button !== 0 || cell === null || this.pull !== null) return;
-    rayAt(event.clientX, event.clientY, this.element, this.camera.lens);
-    // A cube that a hand holds, or hides, can be pulled as well.
-    const hit = pick(cell, true);
-    if (hit?.body == null) return;
-    event.stopPropagation();
-    event.preventDefault();
+    if (cell === null) return false;
+    const hit = bodyNear(clientX, clientY, this.element, this.camera.lens, cell);
+    if (hit?.body == null) return false;
     const refusal = this.refusal();
     if (refusal !== null) {
       this.store.emit("notice", { text: refusal, bad: true });
-      return;
+      return false;
     }
-    const facing = this.camera.lens.getWorldDirection(new Vector3()).negate();
-    this.pull = {
+    this.grabbed = {
       body: hit.body,
-      pointer: event.pointerId,
-      plane: new Plane().setFromNormalAndCoplanarPoint(facing, hit.point),
-      offset: hit.body.group.position.clone().sub(hit.point),
-      lift: 0,
-      to: hit.body.group.position.clone(),
+      pointer: pointerId,
+      pull: new Pull(hit.body.group.position, hit.point, this.camera.lens),
+      ray: this.rayOf(clientX, clientY),
+      y: clientY,
       sentAt: 0,
       moved: false,
+      told: false,
     };
-    this.element.setPointerCapture(event.pointerId);
-    this.root.visible = true;
+    // The pointer may be beside the point that was grabbed.
+    this.grabbed.pull.lift(0, this.grabbed.ray);
+    this.held.visible = true;
     this.timer = window.setInterval(() => this.send(), SEND_MS);
     this.changed();
+    return true;
   }
 
   private refusal(): string | null {
-    if (this.store.hello?.role === "viewer") return "a viewer can look, not touch";
+    if (this.store.hello?.role === "viewer") return "a viewer cannot move objects";
     const flags = this.store.snapshot?.flags ?? 0;
-    return (flags & FLAG.notLive) !== 0 ? "the past cannot be touched: go back to live" : null;
+    return (flags & FLAG.notLive) !== 0 ? "an earlier time is shown: go back to live to move objects" : null;
+  }
+
+  private rayOf(x: number, y: number): Ray {
+    return rayAt(x, y, this.element, this.camera.lens).clone();
   }
 
   private move(event: PointerEvent): void {
-    const { pull } = this;
-    if (pull === null || event.pointerId !== pull.pointer) return;
+    const { press, grabbed } = this;
+    if (press !== null && Math.hypot(event.clientX - press.x, event.clientY - press.y) > STILL_PX) this.forgetPress();
+    if (grabbed === null || event.pointerId !== grabbed.pointer) return;
     event.stopPropagation();
-    const ray = rayAt(event.clientX, event.clientY, this.element, this.camera.lens);
-    const hit = ray.intersectPlane(pull.plane, new Vector3());
-    if (hit === null) return;
-    hit.add(pull.offset);
-    hit.z += pull.lift;
-    // With Ctrl the hand moves straight up and down.
-    if (event.ctrlKey) hit.set(pull.to.x, pull.to.y, hit.z);
-    pull.to.copy(hit).clampScalar(-FARTHEST_M, FARTHEST_M);
-    pull.moved = true;
+    grabbed.ray = this.rayOf(event.clientX, event.clientY);
+    if (event.ctrlKey) grabbed.pull.up(grabbed.ray, grabbed.y - event.clientY, this.element.clientHeight);
+    else grabbed.pull.along(grabbed.ray);
+    grabbed.y = event.clientY;
+    grabbed.moved = true;
     this.changed();
   }
 
   private wheel(event: WheelEvent): void {
-    if (this.pull === null) return;
+    const { grabbed } = this;
+    if (grabbed === null) return;
     event.stopPropagation();
     event.preventDefault();
-    const step = -event.deltaY * WHEEL_M;
-    this.pull.lift += step;
-    this.pull.to.z += step;
-    this.pull.moved = true;
+    grabbed.pull.lift(-event.deltaY * WHEEL_M, grabbed.ray);
+    grabbed.moved = true;
     this.changed();
   }
 
-  private release(event: PointerEvent): void {
-    if (event.pointerId !== this.pull?.pointer) return;
-    event.stopPropagation();
-    this.send();
-    this.drop();
+  private up(event: PointerEvent): void {
+    this.forgetPress();
+    if (event.pointerId !== this.grabbed?.pointer) return;
+    // The camera's handlers have seen a finger come, and have to see it leave.
+    if (event.pointerType !== "touch") event.stopPropagation();
+    if (this.grabbed.moved) this.pullNow(this.grabbed);
+    this.release();
   }
 
   private send(): void {
-    const { pull } = this;
-    if (pull === null) return;
-    const now = performance.now();
-    const rested = now - pull.sentAt;
-    if (rested < (pull.moved ? SEND_MS - 2 : HOLD_MS)) return;
-    pull.sentAt = now;
-    pull.moved = false;
-    const to = pull.to.toArray() as Vec3;
-    void this.store.command({ do: "drag", object: pull.body.name, to, for_s: PULL_S }).then((ack) => {
+    const { grabbed } = this;
+    if (grabbed === null) return;
+    const rested = performance.now() - grabbed.sentAt;
+    if (rested >= (grabbed.moved ? SEND_MS - 2 : HOLD_MS)) this.pullNow(grabbed);
+  }
+
+  private pullNow(grabbed: Grab): void {
+    grabbed.sentAt = performance.now();
+    grabbed.moved = false;
+    const to = grabbed.pull.to.toArray() as Vec3;
+    void this.store.command({ do: "drag", object: grabbed.body.name, to, for_s: PULL_S }).then((ack) => {
       // One refusal is enough: those after it would say the same.
-      if (!ack.ok && this.pull === pull) this.drop();
+      if (!ack.ok && this.grabbed === grabbed) this.release();
+      if (!ack.ok || ack.message === "" || grabbed.told) return;
+      grabbed.told = true;
+      this.store.emit("notice", { text: `${grabbed.body.name}: ${ack.message}`, bad: true });
     });
   }
 }

@@ -1,12 +1,13 @@
 // The handle that moves and turns an arm's target. It leads the arm while the
 // task is paused, and goes along with the tool while it is not.
-import { Object3D, Vector3 } from "three";
+import { Object3D, OrthographicCamera, Vector3 } from "three";
 import { TransformControls } from "three/addons/controls/TransformControls.js";
 import type { Pose, Vec3 } from "../../net/protocol";
 import { FLAG, type Snapshot } from "../../net/snapshot";
 import type { Store } from "../../net/store";
 import type { Camera } from "../camera";
 import type { Cell } from "../cell";
+import { halfHeight } from "../lens";
 
 const SEND_MS = 50;
 /** The monitor needs a moment to tell the target that was just sent. */
@@ -85,6 +86,7 @@ export class Gizmo {
     const viewer = this.store.hello?.role === "viewer";
     this.live = state !== undefined && paused && !past && !viewer;
     this.present();
+    this.controls.camera = this.camera.lens;
     this.root.visible = state !== undefined && (this.live || shown);
     if (state === undefined) return;
     const target = state.targetValid ? JSON.stringify(state.target) : null;
@@ -101,10 +103,14 @@ export class Gizmo {
     const at = new Vector3().setFromMatrixPosition(this.goal.matrixWorld);
     const direction = axis === null ? undefined : AXES[axis];
     if (direction === undefined) return at;
+    return at.addScaledVector(direction, GRIP * this.controls.size * this.unit(at));
+  }
+
+  /** A quarter of the picture's height at a point, as the handle's size is counted (m). */
+  private unit(at: Vector3): number {
     const { lens } = this.camera;
-    const away = at.distanceTo(lens.position);
-    const scale = (away * 1.9 * Math.tan((lens.fov * Math.PI) / 360) * this.controls.size) / 4;
-    return at.addScaledVector(direction, GRIP * scale);
+    if (lens instanceof OrthographicCamera) return (lens.top - lens.bottom) / lens.zoom / 4;
+    return (at.distanceTo(lens.position) * 1.9 * halfHeight(1)) / 4;
   }
 
   /** What the mouse can do at this point of the view (pixels), where a handle is there. */

@@ -1,0 +1,41 @@
+// A line from a body or a tool straight down to what is below it, with the distance.
+import { Box3, Group, Raycaster, Vector3 } from "three";
+import type { Body, Cell } from "../cell";
+import type { Labels } from "../labels";
+import { Strokes } from "./strokes";
+
+const DOWN = new Vector3(0, 0, -1);
+const KEY = "drop line";
+
+export class DropLine {
+  readonly root = new Group();
+  private readonly line: Strokes;
+  private readonly caster = new Raycaster();
+
+  constructor(colour: number) {
+    this.line = new Strokes(1, colour);
+    this.root.add(this.line.lines);
+  }
+
+  /** From the underside of `body`. */
+  below(cell: Cell, body: Body, labels: Labels): void {
+    const from = body.group.position.clone();
+    from.z = new Box3().setFromObject(body.group).min.z;
+    this.draw(cell, from, body, labels);
+  }
+
+  private draw(cell: Cell, from: Vector3, except: Body, labels: Labels): void {
+    this.line.clear();
+    // From a little above: what the body rests on can reach into it by some micrometres.
+    this.caster.set(from.clone().setZ(from.z + 1e-3), DOWN);
+    const hits = this.caster.intersectObjects(cell.withoutArms(), true);
+    const hit = hits.find(({ object }) => {
+      const owner = cell.ownerOf(object);
+      return owner.body !== except && owner.body?.group.visible !== false;
+    });
+    const floor = hit?.point ?? from.clone().setZ(cell.floor);
+    this.line.add(from, floor);
+    const millimetres = Math.max(0, 1000 * (from.z - floor.z));
+    labels.show(KEY, `${millimetres.toFixed(0)} mm`, floor);
+  }
+}
