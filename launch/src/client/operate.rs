@@ -94,16 +94,16 @@ pub(crate) fn task(args: &TaskArgs) -> Result<(), Failure> {
         TaskVerb::Resume => OperatorAction::TaskResume,
         TaskVerb::Reset => OperatorAction::TaskReset,
     };
-    if action == OperatorAction::TaskStart
-        && let Some(phase) = running_phase(&Session::of(&args.cell.cell)?)?
-    {
-        say::line(format_args!(
-            "the task runs already, in phase {phase}; only one that waits for its start, or \
-             failed, is started"
-        ));
-        return Ok(());
+    if action != OperatorAction::TaskStart {
+        return plain(&args.cell, action);
     }
-    plain(&args.cell, action)
+    let session = Session::of(&args.cell.cell)?;
+    // The event is given all the same: the decision can be older than a reset of the task.
+    let done = match running_phase(&session)? {
+        Some(phase) => format!("the task runs already, in phase {phase}; start event given"),
+        None => done(action).to_owned(),
+    };
+    tell(&session, &request(action), &done)
 }
 
 /// The phase of a task that runs.

@@ -158,7 +158,7 @@ impl Operator {
     }
 
     fn aim(&mut self, arm: u32, pose: Pose, joints: Option<[f64; MAX_JOINTS]>) -> Reply {
-        // The panel addresses one arm at a time: the hand of the previous arm keeps its last
+        // The panel addresses one arm at a time: the gripper of the previous arm keeps its last
         // command, which must not become the command of this one.
         if self.panel.target_arm != arm {
             self.panel.gripper = GripperGoal::Keep.code();

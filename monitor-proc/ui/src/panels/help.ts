@@ -9,7 +9,7 @@ const MOUSE: Entries = [
   ["Wheel", "zoom to the mouse"],
   ["Click", "select an object or an arm"],
   ["Double click", "look closer"],
-  ["Shift + drag", "pull an object by a spring, at its height; it also reaches through arms"],
+  ["Shift + drag", "pull an object by a spring, across the table where the view is from above; it also reaches through arms"],
   ["… and Ctrl", "straight up and down"],
   ["… and wheel", "raise, lower"],
   ["Drag an arrow", "lead the arm (task paused, or reach)"],

@@ -91,8 +91,8 @@ export function body(name: string, shape: Shape, colour: Vec3, look: Partial<Loo
 
 const outlines = new Map<number, MeshBasicMaterial>();
 
-/** A rim of `colour` around a body of `shape`: its back faces, slightly grown. */
-export function outline(shape: Shape, colour: number): Group {
+/** A rim of `colour` around a body of `shape`: its back faces, grown by `rim_m`. */
+export function outline(shape: Shape, colour: number, rim_m = OUTLINE_M): Group {
   let paint = outlines.get(colour);
   if (paint === undefined) {
     paint = new MeshBasicMaterial({ color: colour, side: BackSide, toneMapped: false });
@@ -100,7 +100,7 @@ export function outline(shape: Shape, colour: number): Group {
   }
   const skin = paint;
   const group = new Group();
-  fill(group, shape, (form) => new Mesh(form, skin), OUTLINE_M);
+  fill(group, shape, (form) => new Mesh(form, skin), rim_m);
   // A rim must not be grabbed in the place of a body.
   group.traverse((object) => {
     object.raycast = () => {};

@@ -1,5 +1,5 @@
 // Where the cell is seen from: presets, the mouse, the URL's hash (`#view=top`, or
-// `#cam=...` once a hand turned it).
+// `#cam=...` once it was turned).
 import { Box3, OrthographicCamera, Vector3 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import type { Scene } from "../net/protocol";
@@ -13,11 +13,15 @@ const FOCUS_DISTANCE_M = 0.9;
 const TOP = new Vector3(-0.001, 0, 1);
 const FRONT = new Vector3(1, 0, 0);
 const SIDE = new Vector3(0, -1, 0);
-/** Of the straight views, by the number of the preset. */
-const STRAIGHT: Record<number, Vector3> = { 2: TOP, 3: FRONT, 4: SIDE };
+/** Of the orthographic views, by the number of the preset. */
+const ORTHO: Record<number, Vector3> = { 2: TOP, 3: FRONT, 4: SIDE };
 
 /** Names of the presets in the address; where none is named it is the cell's own. */
 const NAMED: Record<string, number> = { cell: 1, top: 2, front: 3, side: 4 };
+
+const NEAREST_M = 0.1;
+const FARTHEST_M = 12;
+const STEEPEST_RAD = 1e-3;
 
 const FIT_ROUNDS = 4;
 /** Of the picture's half width and height. */
@@ -34,7 +38,7 @@ export class Camera {
   lens: Lens;
   readonly orbit: OrbitControls;
   private readonly free = perspective();
-  private readonly straight = orthographic();
+  private readonly ortho = orthographic();
   private aspect = 1;
   /** What the camera goes along with, as of the last frame. */
   private followed: Vector3 | null = null;
@@ -51,9 +55,11 @@ export class Camera {
     this.lens = this.free;
     this.orbit = new OrbitControls(this.lens, element);
     this.orbit.zoomToCursor = true;
-    this.orbit.minDistance = 0.1;
-    this.orbit.maxDistance = 12;
+    this.orbit.minDistance = NEAREST_M;
+    this.orbit.maxDistance = FARTHEST_M;
     this.orbit.maxPolarAngle = 0.56 * Math.PI;
+    // Straight down, the address would not say which side is up.
+    this.orbit.minPolarAngle = STEEPEST_RAD;
     this.orbit.addEventListener("change", this.changed);
     this.orbit.addEventListener("start", () => {
       this.before = this.numbers();
@@ -63,7 +69,10 @@ export class Camera {
       if (this.numbers() !== this.before) this.write();
     });
     this.look(this.seen.target, this.seen.eye);
-    addEventListener("hashchange", () => this.restore());
+    addEventListener("hashchange", () => {
+      this.following = false;
+      this.restore();
+    });
   }
 
   /** Another scene: what the address says was meant for the last one. */
@@ -98,9 +107,9 @@ export class Camera {
   }
 
   private fitPreset(number: number): void {
-    const straight = STRAIGHT[number];
-    this.use(straight === undefined ? this.free : this.straight);
-    if (straight !== undefined) this.fitStraight(straight);
+    const ortho = ORTHO[number];
+    this.use(ortho === undefined ? this.free : this.ortho);
+    if (ortho !== undefined) this.fitOrtho(ortho);
     // The whole cell is shown, also where the panels leave little room.
     else this.fit(this.seen.eye.clone().sub(this.seen.target));
   }
@@ -109,22 +118,21 @@ export class Camera {
     if (lens === this.lens) return;
     this.lens = lens;
     this.orbit.object = lens;
-    // To the cursor a straight view would leave what it shows in the middle.
-    this.straight.zoom = 1;
     this.resizeLens();
   }
 
   private resizeLens(): void {
     this.free.aspect = this.aspect;
-    this.straight.left = this.straight.bottom * this.aspect;
-    this.straight.right = this.straight.top * this.aspect;
+    this.ortho.left = this.ortho.bottom * this.aspect;
+    this.ortho.right = this.ortho.top * this.aspect;
     this.lens.updateProjectionMatrix();
   }
 
-  /** Goes along with the tool while preset 5 is on, but not while a hand (`busy`) drags something: what it aims at would leave its place. */
+  /** Goes along with the tool while preset 5 is on, but not while something is dragged (`busy`): it would leave the pointer. */
   follow(tool: Vector3 | null, busy: boolean): void {
     if (!this.following || tool === null) return;
-    if (this.followed !== null && !busy) {
+    if (busy) return;
+    if (this.followed !== null) {
       const step = tool.clone().sub(this.followed);
       this.lens.position.add(step);
       this.orbit.target.add(step);
@@ -137,11 +145,11 @@ export class Camera {
   focus(point: Vector3): void {
     this.following = false;
     const direction = this.lens.position.clone().sub(this.orbit.target);
-    // A straight view becomes larger in its place: nearer, it would be within what it shows.
-    const isStraight = this.lens === this.straight;
-    if (!isStraight) direction.setLength(FOCUS_DISTANCE_M);
+    // An orthographic view is enlarged; nearer, the camera would be within what it shows.
+    const isOrtho = this.lens === this.ortho;
+    if (!isOrtho) direction.setLength(FOCUS_DISTANCE_M);
     this.look(point, point.clone().add(direction));
-    if (isStraight) this.height(halfHeight(FOCUS_DISTANCE_M));
+    if (isOrtho) this.height(halfHeight(FOCUS_DISTANCE_M));
     this.write();
   }
 
@@ -180,7 +188,7 @@ export class Camera {
   }
 
   /** The whole cell without perspective: what is above or beside what can be read off. */
-  private fitStraight(direction: Vector3): void {
+  private fitOrtho(direction: Vector3): void {
     const back = direction.clone().normalize();
     const right = new Vector3(0, 0, 1).cross(back).normalize();
     const up = back.clone().cross(right);
@@ -196,9 +204,11 @@ export class Camera {
     this.height(half);
   }
 
-  /** Half the height of a straight picture (m). */
+  /** Half the height of a orthographic picture (m). */
   private height(half_m: number): void {
-    [this.straight.top, this.straight.bottom, this.straight.zoom] = [half_m, -half_m, 1];
+    [this.ortho.top, this.ortho.bottom, this.ortho.zoom] = [half_m, -half_m, 1];
+    this.orbit.minZoom = half_m / halfHeight(FARTHEST_M);
+    this.orbit.maxZoom = half_m / halfHeight(NEAREST_M);
     this.resizeLens();
     this.orbit.update();
   }
@@ -213,17 +223,18 @@ export class Camera {
   /** Looks from where the address says. */
   private restore(): void {
     const numbers = (getHash("cam") ?? "").split(",").map(Number);
-    if (![6, 7].includes(numbers.length) || !numbers.every(Number.isFinite)) {
+    const isWhole = [6, 7].includes(numbers.length) && numbers.every(Number.isFinite);
+    if (!isWhole || (numbers[6] ?? 1) <= 0) {
       this.fitPreset(NAMED[getHash("view") ?? ""] ?? 1);
       return;
     }
     const [a = 0, b = 0, c = 0, d = 0, e = 0, f = 0, half] = numbers;
-    this.use(half === undefined ? this.free : this.straight);
+    this.use(half === undefined ? this.free : this.ortho);
     this.look(new Vector3(d, e, f), new Vector3(a, b, c));
     if (half !== undefined) this.height(half);
   }
 
-  /** Writes the hash once the hand rests: browsers limit how often it may change. */
+  /** Writes the hash once the view rests: browsers limit how often it may change. */
   private write(): void {
     clearTimeout(this.writing);
     this.writing = window.setTimeout(() => {
@@ -234,8 +245,8 @@ export class Camera {
 
   private numbers(): string {
     const numbers = [...this.lens.position.toArray(), ...this.orbit.target.toArray()];
-    // A seventh number, half the height of the picture, is that of a straight view.
-    if (this.lens instanceof OrthographicCamera) numbers.push(this.straight.top / this.straight.zoom);
-    return numbers.map((number) => number.toFixed(3)).join(",");
+    // An orthographic view has a seventh number: half the height of the picture (m).
+    if (this.lens instanceof OrthographicCamera) numbers.push(this.ortho.top / this.ortho.zoom);
+    return numbers.map((number) => number.toFixed(5)).join(",");
   }
 }

@@ -1,4 +1,4 @@
-// The cell in 3D: what is drawn, what lies over it, and what a hand can do to it.
+// The cell in 3D: what is drawn, what lies over it, and what the operator can do to it.
 import "./up";
 import "./view.css";
 import { Box3, Vector3 } from "three";
@@ -78,22 +78,25 @@ export class View implements ViewApi {
     this.listen();
   }
 
-  /** Whether a hand pulls a body or leads the target now. */
+  /** Whether the operator drags a body or the target now. */
   get busy(): boolean {
     return this.gizmo.dragging || this.drag.active;
   }
 
   /** A camera preset: 1 the scene's own, 2 top, 3 front, 4 side, 5 at the tool. */
   camera(preset: number): void {
+    // What is dragged would jump to where the pointer is in the other view.
+    if (this.busy) return;
     this.eye.preset(preset, this.tool());
+    this.refresh();
   }
 
   /** Brings what is selected, else the tool, to the middle, and near. */
   frameSelection(): void {
-    const { name } = this.selection;
-    const body = name === null ? null : (this.cell?.body(name) ?? null);
-    const at = body?.group.position.clone() ?? this.tool();
-    if (at !== null) this.eye.focus(at);
+    const at = this.selection.position ?? this.tool();
+    if (at === null || this.busy) return;
+    this.eye.focus(at);
+    this.refresh();
   }
 
   gizmoMode(mode: "translate" | "rotate"): void {

@@ -1,4 +1,4 @@
-// The two lenses of the camera: perspective for the free view, orthographic for the straight ones.
+// The two cameras of three.js that the view switches between: perspective, and orthographic for top, front and side.
 import { OrthographicCamera, PerspectiveCamera, Vector3 } from "three";
 
 export type Lens = PerspectiveCamera | OrthographicCamera;

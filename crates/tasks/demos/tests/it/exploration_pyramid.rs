@@ -199,6 +199,7 @@ fn of_two_cubes_one_on_the_other() {
 }
 
 #[test]
+#[ignore = "takes minutes"]
 fn of_three_cubes_for_a_stack_of_one_each() {
     explore(&THREE, all, 1, 200_000);
 }

@@ -160,8 +160,8 @@ impl Disturbed {
     }
 }
 
-fn disturb_all(place: &'static Placement) {
-    for seed in 0..8 {
+fn disturb_all(place: &'static Placement, seeds: u64) {
+    for seed in 0..seeds {
         let mut job = Disturbed::new(place, seed);
         for _ in 0..4 {
             for _ in 0..2_000 {
@@ -176,18 +176,24 @@ fn disturb_all(place: &'static Placement) {
 #[test]
 #[ignore = "slow: .ci/long"]
 fn palletizing_gets_done_whatever_happens() {
-    disturb_all(&PLACES[0]);
+    disturb_all(&PLACES[0], 8);
 }
 
 #[test]
 #[ignore = "slow: .ci/long"]
 fn bin_stacking_gets_done_whatever_happens() {
-    disturb_all(&PLACES[1]);
+    disturb_all(&PLACES[1], 8);
 }
 
 #[test]
 fn filling_gets_done_whatever_happens() {
-    disturb_all(&PLACES[2]);
+    disturb_all(&PLACES[2], 2);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn filling_gets_done_whatever_happens_in_a_long_series() {
+    disturb_all(&PLACES[2], 8);
 }
 
 #[test]

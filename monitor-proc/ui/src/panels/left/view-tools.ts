@@ -42,7 +42,7 @@ export function viewTools(context: PanelContext): HTMLElement {
     }),
   );
   const frame = button(context, {
-    label: "look at it",
+    label: "frame selection",
     class: "small",
     about: () => "Bring what is selected, else the tool, to the middle, and near (key F)",
     twin: () => null,
@@ -52,7 +52,8 @@ export function viewTools(context: PanelContext): HTMLElement {
     "div",
     { class: "view-tools" },
     el("div", { class: "checks" }, ...boxes),
-    el("div", { class: "segments", role: "group", "aria-label": "Camera" }, ...cameras, frame),
+    el("div", { class: "segments", role: "group", "aria-label": "Camera" }, ...cameras),
+    frame,
     gizmo(context),
     quality(context, view),
   );

@@ -19,19 +19,35 @@ export function targetForm(context: PanelContext): HTMLElement {
     if (refusal !== null) return refusal;
     return numbers().every(Number.isFinite) ? null : "a field is empty";
   };
-  /** The fields show where the tool is until the user starts to type. */
+  /**
+   * Until the user starts to type, and again once a target was accepted, the fields show the
+   * target that leads the arm, as the arrows do, else the tool.
+   */
   let following = true;
-  const measured = () => {
-    const tcp = context.snapshot?.arms[context.arm]?.tcp;
-    if (tcp === undefined) return;
-    const turn = toRpy([tcp[3], tcp[4], tcp[5], tcp[6]]);
-    const values = [...tcp.slice(0, 3).map((v) => v.toFixed(3)), ...turn.map((v) => (v / RAD).toFixed(1))];
+  /** The target at which the fields were told to show the tool. */
+  let passed = "";
+  let wasPaused = false;
+  /** An accepted target that the controller may not have taken yet. */
+  let sent: { arm: number; fields: string; before: string } | null = null;
+  const texts = () => inputs.map((input) => input.value).join();
+  const targetNow = () => {
+    const state = context.snapshot?.arms[context.arm];
+    return state?.targetValid === true ? JSON.stringify(state.target) : "";
+  };
+  const show = () => {
+    const state = context.snapshot?.arms[context.arm];
+    if (state === undefined) return;
+    const isLed = handRefusal(context) === null && targetNow() !== passed && targetNow() !== "";
+    const pose = isLed ? state.target : state.tcp;
+    const turn = toRpy([pose[3], pose[4], pose[5], pose[6]]);
+    const values = [...pose.slice(0, 3).map((v) => v.toFixed(4)), ...turn.map((v) => (v / RAD).toFixed(2))];
     for (const [index, input] of inputs.entries()) input.value = values[index] ?? "";
   };
   const which = () => (context.arm === 0 ? "" : ` --arm ${context.arm}`);
   const go = button(context, {
     label: "Go",
-    class: "primary",
+    // What leads the arm already needs no button that stands out.
+    primary: () => !following,
     about: () => "Lead the tool to this target (metres and degrees, world frame)",
     twin: () => {
       const all = numbers();
@@ -42,7 +58,11 @@ export function targetForm(context: PanelContext): HTMLElement {
       const [x = 0, y = 0, z = 0, roll = 0, pitch = 0, yaw = 0] = numbers();
       const position: Vec3 = [x, y, z];
       const turn = fromRpy(roll * RAD, pitch * RAD, yaw * RAD);
-      return context.send({ do: "target", arm: context.arm, position, orientation_wxyz: turn });
+      const asked = { arm: context.arm, fields: texts(), before: targetNow() };
+      return context.send({ do: "target", arm: asked.arm, position, orientation_wxyz: turn }).then((accepted) => {
+        // The fields keep what was refused.
+        if (accepted) sent = asked;
+      });
     },
   });
   const here = button(context, {
@@ -51,7 +71,8 @@ export function targetForm(context: PanelContext): HTMLElement {
     twin: () => null,
     run: () => {
       following = true;
-      measured();
+      passed = targetNow();
+      show();
     },
   });
   const reason = el("p", { class: "dim" });
@@ -66,15 +87,29 @@ export function targetForm(context: PanelContext): HTMLElement {
     event.preventDefault();
     go.click();
   });
-  form.addEventListener("focusin", ({ target }) => {
-    if (target instanceof HTMLInputElement) following = false;
-  });
+  for (const event of ["focusin", "input"]) {
+    form.addEventListener(event, ({ target }) => {
+      if (target instanceof HTMLInputElement) following = false;
+    });
+  }
   context.onArm(() => {
     following = true;
+    passed = targetNow();
   });
   // Hidden, too: a user who starts to type finds all fields filled in.
   context.pulse.add(null, () => {
-    if (following) measured();
+    const isPaused = handRefusal(context) === null;
+    // What the task aimed at when it was paused leads no longer.
+    if (isPaused && !wasPaused) passed = targetNow();
+    wasPaused = isPaused;
+    if (sent !== null && targetNow() !== sent.before) {
+      if (sent.arm === context.arm && sent.fields === texts()) {
+        following = true;
+        passed = "";
+      }
+      sent = null;
+    }
+    if (following) show();
   });
   context.pulse.add(form, () => setText(reason, why() ?? ""));
   return form;

@@ -26,7 +26,9 @@ export function mountTimeline(context: PanelContext, host: HTMLElement): void {
   const { store } = context;
   const marks = el("div", { class: "marks" });
   const cursor = el("i", { class: "cursor" });
-  const bar = el("div", { class: "bar", role: "slider", tabindex: 0, "aria-label": "Time shown", title: "Drag to look back; Shift and drag to choose a range that is looped" }, marks, cursor);
+  const bar = el("div", { class: "bar", role: "slider", tabindex: 0, "aria-label": "Time shown", title: "Drag to look back; Shift and drag to choose a range that is looped" }, cursor);
+  // Marks can be pressed, and a slider has nothing in it that can.
+  const track = el("div", { class: "time-track" }, bar, marks);
   const from = el("span", { class: "num dim" });
   const to = el("span", { class: "num dim" });
   const now = el("output", { class: "num now" });
@@ -67,7 +69,7 @@ export function mountTimeline(context: PanelContext, host: HTMLElement): void {
       if (node.hasPointerCapture(event.pointerId)) hand(event);
     });
   };
-  listen(bar);
+  listen(track);
   bar.addEventListener("keydown", (event) => {
     const step = { ArrowLeft: -0.1, ArrowRight: 0.1, PageUp: -5, PageDown: 5 }[event.key];
     if (step === undefined) return;
@@ -106,7 +108,7 @@ export function mountTimeline(context: PanelContext, host: HTMLElement): void {
     live,
     now,
     from,
-    bar,
+    track,
     to,
     play.root,
     lanes.root,

@@ -30,12 +30,23 @@ export function playback(context: PanelContext, look: Seek): Playback {
   const isReplay = () => store.hello?.live === false;
   const end = () => (loops && range !== null ? range[1] : (store.timeline?.to_s ?? 0));
   const begin = () => (loops && range !== null ? range[0] : (store.timeline?.from_s ?? 0));
+  /** A recording played until its end, where its clock pauses: a slow page sees no earlier moment of it. */
+  let played = false;
+  /** Time at which a loop was asked to begin again. */
+  let left: number | null = null;
+  const loopReplay = () => {
+    const time = context.snapshot?.time ?? 0;
+    const isOver = time >= end() - 0.02;
+    if (!context.paused) played = true;
+    else if (!isOver) played = false;
+    const isOutside = isOver || time < begin();
+    if (!isOutside) left = null;
+    if (!isOutside || time === left || !loops || !played) return;
+    left = time;
+    void context.send({ do: "seek", time_s: begin(), play: true });
+  };
   const step = () => {
-    if (isReplay()) {
-      const time = context.snapshot?.time ?? 0;
-      if (loops && !context.paused && (time >= end() - 0.02 || time < begin())) void context.send({ do: "seek", time_s: begin(), play: true });
-      return;
-    }
+    if (isReplay()) return loopReplay();
     if (at === null) return;
     const wall = performance.now();
     let time = at.time + ((wall - at.wall) / 1000) * Number(speed.value);

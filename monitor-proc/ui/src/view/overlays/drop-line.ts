@@ -20,7 +20,7 @@ export class DropLine {
   /** From the underside of `body`. */
   below(cell: Cell, body: Body, labels: Labels): void {
     const from = body.group.position.clone();
-    from.z = new Box3().setFromObject(body.group).min.z;
+    from.z = new Box3().setFromObject(body.group, true).min.z;
     this.draw(cell, from, body, labels);
   }
 

@@ -41,6 +41,8 @@ export class Drag {
   readonly root = new Group();
   private grabbed: Grab | null = null;
   private timer = 0;
+  /** A finger that grabbed, until it leaves the screen. */
+  private finger: number | null = null;
   private press: { timer: number; x: number; y: number } | null = null;
   private readonly held = new Group();
   private readonly line = new Strokes(1, LINE);
@@ -81,7 +83,6 @@ export class Drag {
     }
     this.grabbed = null;
     this.held.visible = false;
-    this.camera.orbit.enabled = true;
     this.changed();
   }
 
@@ -105,6 +106,10 @@ export class Drag {
     element.addEventListener("pointerup", (event) => this.up(event), early);
     element.addEventListener("pointercancel", (event) => this.up(event), early);
     element.addEventListener("wheel", (event) => this.wheel(event), { capture: true, passive: false });
+    // The menu of a long press would take the finger away.
+    element.addEventListener("contextmenu", (event) => {
+      if (this.press !== null || this.active) event.preventDefault();
+    });
     window.addEventListener("blur", () => this.release());
     window.addEventListener("keydown", (event) => {
       if (event.key === "Escape") this.release();
@@ -128,8 +133,11 @@ export class Drag {
     const { clientX: x, clientY: y } = event;
     const timer = window.setTimeout(() => {
       this.press = null;
-      // The camera's own handlers have this pointer: they stay out of the way until it leaves.
-      if (this.grab(event)) this.camera.orbit.enabled = false;
+      // The arrows of the target have the finger.
+      if (!this.camera.orbit.enabled || !this.grab(event)) return;
+      // The camera's own handlers have this pointer, too: they wait until it leaves.
+      this.camera.orbit.enabled = false;
+      this.finger = event.pointerId;
     }, LONG_PRESS_MS);
     this.press = { timer, x, y };
   }
@@ -195,13 +203,20 @@ export class Drag {
     if (grabbed === null) return;
     event.stopPropagation();
     event.preventDefault();
-    grabbed.pull.lift(-event.deltaY * WHEEL_M, grabbed.ray);
+    // With Shift, some browsers turn the wheel's direction.
+    const turned = event.deltaY === 0 ? event.deltaX : event.deltaY;
+    grabbed.pull.lift(-turned * WHEEL_M, grabbed.ray);
     grabbed.moved = true;
     this.changed();
   }
 
   private up(event: PointerEvent): void {
     this.forgetPress();
+    // Earlier, the view would turn by the whole way of the finger.
+    if (event.pointerId === this.finger) {
+      this.finger = null;
+      this.camera.orbit.enabled = true;
+    }
     if (event.pointerId !== this.grabbed?.pointer) return;
     // The camera's handlers have seen a finger come, and have to see it leave.
     if (event.pointerType !== "touch") event.stopPropagation();

@@ -30,7 +30,7 @@ export function rayAt(
 
 /**
  * What the last ray of `rayAt` meets first; furniture hides what is behind it,
- * and so do arms unless the hand reaches `throughArms`.
+ * and so do arms unless `throughArms`.
  */
 export function pick(cell: Cell, throughArms = false): Hit | null {
   const among = throughArms ? cell.withoutArms() : [cell.root];

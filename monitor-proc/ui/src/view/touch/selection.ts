@@ -1,5 +1,5 @@
 // What the person points at: a click selects, a double click looks closer.
-import { Group } from "three";
+import { Group, Vector3 } from "three";
 import type { Scene } from "../../net/protocol";
 import { outline, place } from "../body";
 import type { Camera } from "../camera";
@@ -7,7 +7,7 @@ import type { Body, Cell } from "../cell";
 import { pick, rayAt } from "./pick";
 
 const COLOUR = 0xffffff;
-/** A hand that moved farther wanted to turn the camera (pixels). */
+/** A pointer that moved farther turned the camera (pixels). */
 const STILL_PX = 4;
 
 type Listener = (name: string | null) => void;
@@ -61,6 +61,12 @@ export class Selection {
     if (this.body === null) return;
     this.root.position.copy(this.body.group.position);
     this.root.quaternion.copy(this.body.group.quaternion);
+  }
+
+  /** Where what is selected is (m); null for an arm, or nothing. */
+  get position(): Vector3 | null {
+    if (this.body !== null) return this.body.group.position.clone();
+    return this.fixture === null ? null : new Vector3(...this.fixture.pose.slice(0, 3));
   }
 
   private hit({ clientX, clientY }: MouseEvent) {

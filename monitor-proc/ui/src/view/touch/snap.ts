@@ -6,6 +6,8 @@ import type { Body, Cell } from "../cell";
 import { bodyNear } from "./pick";
 
 const COLOUR = 0x4cc9ff;
+/** Wider than the rim of what is selected, and of what is touched. */
+const RIM_M = 0.007;
 /** Looking for a body takes a moment: not more often than this. */
 const PERIOD_MS = 60;
 
@@ -65,7 +67,7 @@ export class Snap {
     if (body === this.body) return;
     this.body = body;
     this.root.clear();
-    if (body !== null) this.root.add(outline(body.shape, COLOUR));
+    if (body !== null) this.root.add(outline(body.shape, COLOUR, RIM_M));
     this.update();
     this.changed();
   }
