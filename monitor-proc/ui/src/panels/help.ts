@@ -30,7 +30,7 @@ const KEYS: Entries = [
   ["G", "open or close the gripper (task paused, or reach)"],
   ["T, E", "arrows at the tool: move, turn the target"],
   ["1 to 5", "view: cell, top, front, side, tool"],
-  ["F", "look at what is selected, else at the tool"],
+  ["F", "frame the selection, or the tool"],
   ["Esc", "release; close the guide, a sheet, a drawer"],
   ["← →", "on the timeline: 0.1 s, with Shift 1 s; on tabs: next"],
   ["Page ↑ ↓", "on the timeline: 5 s"],

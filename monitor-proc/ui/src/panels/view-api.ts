@@ -16,7 +16,7 @@ export interface ViewApi {
   readonly busy: boolean;
   /** A camera preset, 1 to 5. */
   camera(preset: number): void;
-  /** Brings what is selected, else the tool, to the middle, and near. */
+  /** Frames the selection, or the tool where nothing is selected. */
   frameSelection(): void;
   gizmoMode(mode: "translate" | "rotate"): void;
   /** Selects an object or an arm by name. */

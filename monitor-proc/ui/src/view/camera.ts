@@ -145,7 +145,7 @@ export class Camera {
   focus(point: Vector3): void {
     this.following = false;
     const direction = this.lens.position.clone().sub(this.orbit.target);
-    // An orthographic view is enlarged; nearer, the camera would be within what it shows.
+    // An orthographic view is enlarged instead: a camera that near would be inside of the objects.
     const isOrtho = this.lens === this.ortho;
     if (!isOrtho) direction.setLength(FOCUS_DISTANCE_M);
     this.look(point, point.clone().add(direction));

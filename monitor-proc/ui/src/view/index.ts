@@ -91,7 +91,7 @@ export class View implements ViewApi {
     this.refresh();
   }
 
-  /** Brings what is selected, else the tool, to the middle, and near. */
+  /** Frames the selection, or the tool where nothing is selected. */
   frameSelection(): void {
     const at = this.selection.position ?? this.tool();
     if (at === null || this.busy) return;

@@ -44,7 +44,7 @@ export function viewTools(context: PanelContext): HTMLElement {
   const frame = button(context, {
     label: "frame selection",
     class: "small",
-    about: () => "Bring what is selected, else the tool, to the middle, and near (key F)",
+    about: () => "Frame the selection, or the tool where nothing is selected (key F)",
     twin: () => null,
     run: () => view.frameSelection(),
   });

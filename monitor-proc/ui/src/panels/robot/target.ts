@@ -46,7 +46,7 @@ export function targetForm(context: PanelContext): HTMLElement {
   const which = () => (context.arm === 0 ? "" : ` --arm ${context.arm}`);
   const go = button(context, {
     label: "Go",
-    // What leads the arm already needs no button that stands out.
+    // A target that is in force needs no highlighted button.
     primary: () => !following,
     about: () => "Lead the tool to this target (metres and degrees, world frame)",
     twin: () => {
@@ -60,7 +60,7 @@ export function targetForm(context: PanelContext): HTMLElement {
       const turn = fromRpy(roll * RAD, pitch * RAD, yaw * RAD);
       const asked = { arm: context.arm, fields: texts(), before: targetNow() };
       return context.send({ do: "target", arm: asked.arm, position, orientation_wxyz: turn }).then((accepted) => {
-        // The fields keep what was refused.
+        // After a refusal the fields keep their numbers.
         if (accepted) sent = asked;
       });
     },

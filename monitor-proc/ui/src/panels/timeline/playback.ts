@@ -32,7 +32,7 @@ export function playback(context: PanelContext, look: Seek): Playback {
   const begin = () => (loops && range !== null ? range[0] : (store.timeline?.from_s ?? 0));
   /** A recording played until its end, where its clock pauses: a slow page sees no earlier moment of it. */
   let played = false;
-  /** Time at which a loop was asked to begin again. */
+  /** Time at which a restart of the loop was requested (s). */
   let left: number | null = null;
   const loopReplay = () => {
     const time = context.snapshot?.time ?? 0;
