@@ -230,7 +230,8 @@ impl Scene {
         let mut length_m = 0.2;
         for (index, joint) in self.joints.iter().enumerate() {
             let (parent, child) = (index, index + 1);
-            joint.write(&mut text, (parent, child), length_m);
+            let effort = effort(&self.joints[index..]);
+            joint.write(&mut text, (parent, child), length_m, effort);
             length_m = joint.length_m;
         }
         let last = self.joints.len();
@@ -244,6 +245,20 @@ impl Scene {
         );
         Some(text)
     }
+}
+
+/// What the first of `joints` needs for all links from it on, stretched out, at 10 rad/s² or m/s²
+/// (N·m or N).
+// A weaker arm falls, and its joints leave their limits although every setpoint is within them.
+fn effort(joints: &[Joint]) -> f64 {
+    let mut reach_m = 0.0;
+    let loads = joints.iter().map(|joint| {
+        // Each link goes as far up as out.
+        reach_m += std::f64::consts::SQRT_2 * joint.length_m;
+        joint.mass_kg * (9.81 + 10.0 * reach_m) * reach_m.max(1.0)
+    });
+    // Several joints speed up at once.
+    200.0 + 4.0 * loads.sum::<f64>()
 }
 
 /// Centre of the tub along x (m).
@@ -291,16 +306,17 @@ impl Object {
 }
 
 impl Joint {
-    /// Appends the joint and its link; it is `from_m` away from the joint before.
-    fn write(&self, text: &mut String, (parent, child): (usize, usize), from_m: f64) {
+    /// Appends the joint, of at most `effort` (N·m or N), and its link; it is `from_m` away from
+    /// the joint before.
+    fn write(&self, text: &mut String, (parent, child): (usize, usize), from_m: f64, effort: f64) {
         let axis = ["1 0 0", "0 1 0", "0 0 1"][usize::from(self.axis % 3)];
         let (mass, length) = (self.mass_kg, self.length_m);
         // That of a rod, and of a thick one about its axis.
         let inertia = mass * length * length / 12.0;
         let limit = match self.kind.as_str() {
-            "continuous" => "<limit velocity=\"2\" effort=\"200\"/>".to_owned(),
+            "continuous" => format!("<limit velocity=\"2\" effort=\"{effort}\"/>"),
             _ => format!(
-                "<limit lower=\"-{0}\" upper=\"{0}\" velocity=\"2\" effort=\"200\"/>",
+                "<limit lower=\"-{0}\" upper=\"{0}\" velocity=\"2\" effort=\"{effort}\"/>",
                 self.range
             ),
         };
