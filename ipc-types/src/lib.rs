@@ -15,6 +15,7 @@ pub mod layout;
 #[cfg(feature = "iceoryx2")]
 pub mod loan;
 pub mod operator;
+mod panel;
 pub mod pose;
 pub mod probe;
 pub mod tap;
@@ -32,13 +33,14 @@ pub use equipment::EquipmentState;
 pub use header::{Header, Input};
 pub use health::Health;
 pub use operator::{OperatorReply, OperatorRequest};
+pub use panel::OperatorPanel;
 pub use pose::{Pose, Twist};
 pub use tap::{Keyframe, WorldPiece};
 pub use text::Text;
 pub use trace::TraceLine;
 pub use validate::{Invalid, Validate};
 pub use wire::{Wire, layout_of};
-pub use world::{ArmState, GripperState, ObjectState, OperatorPanel, WorldState};
+pub use world::{ArmState, GripperState, ObjectState, WorldState};
 
 /// Arms in one cell.
 // Each adds to the size of a state, which is copied in every tick.

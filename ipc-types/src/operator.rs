@@ -2,9 +2,14 @@
 
 use crate::header::Header;
 use crate::pose::Pose;
-use crate::validate::{Check, Invalid, MAX_JOINT_POSITION, Validate, code};
+use crate::validate::{Check, Invalid, MAX_EFFORT, MAX_JOINT_POSITION, Validate, code};
 use crate::wire::{Wire, wire};
 use crate::{BreakName, GripperGoal, MAX_JOINTS, Text};
+
+/// Contact force at which a target of the operator ends, unless the request has another (N).
+// A person who leads an arm presses with a few newtons; a drive that is told to go 1 mm into a table
+// presses with more than 300 N.
+pub const CONTACT_LIMIT_N: f64 = 30.0;
 
 /// Bytes of the message of a reply.
 pub const REPLY_BYTES: usize = 120;
@@ -87,6 +92,9 @@ wire! {
         pub pose: Pose,
         /// See the action.
         pub seconds: f64,
+        /// Of a target: contact force at which it ends (N); not above 0:
+        /// [`CONTACT_LIMIT_N`].
+        pub contact_limit: f64,
         /// Joint target, in the order of the controlled joints; rad or m.
         pub joints: [f64; MAX_JOINTS],
         /// See the action.
@@ -135,6 +143,7 @@ impl Validate for OperatorRequest {
         }
         // An hour: a drag or a speed beyond it is a mistake in the unit.
         Check::within("seconds", &[self.seconds], 3600.0)?;
+        Check::within("contact_limit", &[self.contact_limit], MAX_EFFORT)?;
         Check::within("joints", &self.joints, MAX_JOINT_POSITION)?;
         self.name.check("name")?;
         self.pose.check()

@@ -62,6 +62,10 @@ code! {
         Restart = 7,
         /// The grip of a suction cup broke at a limit.
         GripBroke = 8,
+        /// A gripper that a person closed holds something.
+        Hand = 9,
+        /// What a person did by hand failed.
+        HandFailed = 10,
     }
 }
 
@@ -78,6 +82,8 @@ impl TraceEvent {
             Self::Fault => Some("fault"),
             Self::Restart => Some("restart"),
             Self::GripBroke => Some("break"),
+            Self::Hand => Some("hand"),
+            Self::HandFailed => Some("hand_failed"),
         }
     }
 }

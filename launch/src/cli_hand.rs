@@ -1,9 +1,10 @@
 //! The arguments of commands that lead an arm by hand.
 
 use clap::{Args, ValueEnum};
+use ipc_types::operator::CONTACT_LIMIT_N;
 
 use crate::cli_common::CellArgs;
-use crate::cli_values::{count, finite};
+use crate::cli_values::{count, finite, newtons};
 
 /// The arm that is led.
 #[derive(Clone, Debug, Args)]
@@ -25,6 +26,9 @@ pub struct MoveArgs {
     /// Return at once; without it, when the arm is at rest
     #[arg(long)]
     pub no_wait: bool,
+    /// Contact force at which the arm stops, in newtons
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = CONTACT_LIMIT_N, value_parser = newtons)]
+    pub contact_limit: f64,
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
     pub of: ArmArgs,

@@ -35,6 +35,14 @@ pub(crate) fn finite(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A contact force (N).
+pub(crate) fn newtons(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (1.0..=1000.0).contains(&value) => Ok(value),
+        _ => Err("newtons, from 1 to 1000".to_owned()),
+    }
+}
+
 /// A seed.
 pub(crate) fn seed(text: &str) -> Result<u64, String> {
     text.parse()

@@ -144,9 +144,12 @@ impl World {
         // Grippers before the counts: a load may break a grip, and its object then counts as not
         // held.
         self.grippers.after_step(engine, &self.arms);
-        // Counts last: they leave out faulty arms, and the object that a gripper holds.
+        // The operator after the grippers: what an arm holds does not press on it.
         let grippers = &self.grippers;
-        self.arms.count(engine, self.tick, |arm| grippers.held(arm));
+        let held = |arm| grippers.held(arm);
+        self.operator.after_step(&self.engine, &self.arms, held);
+        // Counts last: they leave out faulty arms, and the object that a gripper holds.
+        self.arms.count(&self.engine, self.tick, held);
     }
 
     /// Whether the operator leads the arms: the task is paused.

@@ -108,7 +108,15 @@ pub fn robocell(base: &Path, arguments: &[&str]) -> Command {
 ///
 /// # Panics
 /// Where it cannot be started or does not end within [`WATCHDOG`].
-pub fn finish(mut command: Command) -> Said {
+pub fn finish(command: Command) -> Said {
+    finish_within(command, WATCHDOG)
+}
+
+/// As [`finish`], for what may take as long as `patience`.
+///
+/// # Panics
+/// Where it cannot be started or does not end within `patience`.
+pub fn finish_within(mut command: Command, patience: Duration) -> Said {
     let child = command
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
@@ -118,7 +126,7 @@ pub fn finish(mut command: Command) -> Said {
     let started = Instant::now();
     let reader = std::thread::spawn(move || child.wait_with_output());
     while !reader.is_finished() {
-        if started.elapsed() > WATCHDOG {
+        if started.elapsed() > patience {
             cell_rt::process::kill(pid, cell_rt::process::SIGKILL).ok();
             panic!("{command:?} does not end");
         }

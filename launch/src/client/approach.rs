@@ -1,7 +1,7 @@
 //! Whether an arm that is led to a target arrives there.
 
 use ipc_types::world::FLAG_PAUSED;
-use ipc_types::{Pose, WorldState};
+use ipc_types::{OperatorPanel, Pose, WorldState};
 
 /// Longest wait (simulated s).
 pub(super) const MOST_S: u64 = 20;
@@ -27,6 +27,9 @@ pub(super) enum Arrival {
     Paused,
     /// There is another target.
     Replaced,
+    /// The arm stopped at a contact: its force (N), and the body, as in
+    /// [`ipc_types::contact::Contact`].
+    Contact(f64, u32),
 }
 
 /// An arm on its way.
@@ -34,7 +37,8 @@ pub(super) struct Approach {
     target: Pose,
     begin_tick: u64,
     moved_tick: u64,
-    heard: bool,
+    /// Contact stops so far, once a state has shown this target.
+    heard: Option<u32>,
 }
 
 impl Approach {
@@ -44,7 +48,7 @@ impl Approach {
             target,
             begin_tick: tick,
             moved_tick: tick,
-            heard: false,
+            heard: None,
         }
     }
 
@@ -54,9 +58,11 @@ impl Approach {
         let is_ours = panel.target_arm == arm && panel.target == self.target;
         if !is_ours {
             // The request shows in the next state.
-            return self.heard.then_some(Arrival::Replaced);
+            return self
+                .heard
+                .map(|stops| contact_since(panel, stops).unwrap_or(Arrival::Replaced));
         }
-        self.heard = true;
+        self.heard = Some(panel.contact_stops);
         if state.has(FLAG_PAUSED) {
             return Some(Arrival::Paused);
         }
@@ -79,6 +85,12 @@ impl Approach {
         }
         (tick > self.begin_tick + 1000 * MOST_S).then_some(Arrival::Moving(error))
     }
+}
+
+/// The contact stop after the first `stops` ones, if there was one.
+pub(super) fn contact_since(panel: &OperatorPanel, stops: u32) -> Option<Arrival> {
+    let is_new = panel.contact_stops != stops;
+    is_new.then_some(Arrival::Contact(panel.contact_force, panel.contact_with))
 }
 
 /// Distance (m) and angle (rad) between two poses.
@@ -145,5 +157,7 @@ mod tests {
         assert!(matches!(approach.look(&state, 0), Some(Arrival::Moving(_))));
         state.panel.target.position[0] = 1.0;
         assert_eq!(approach.look(&state, 0), Some(Arrival::Replaced));
+        (state.panel.contact_stops, state.panel.contact_force) = (1, 34.0);
+        assert_eq!(approach.look(&state, 0), Some(Arrival::Contact(34.0, 0)));
     }
 }

@@ -3,8 +3,10 @@
 use std::time::{Duration, Instant};
 
 use cell_bus::Bus;
+use cell_model::Cell;
 use cell_rt::clock::monotonic_ns;
 use ipc_types::arm::NotReached;
+use ipc_types::contact::BodyKind;
 use ipc_types::operator::OperatorAction;
 use ipc_types::topic::TopicId;
 use ipc_types::{ArmStatus, GripperGoal, Pose, WorldState};
@@ -66,6 +68,7 @@ pub(crate) fn target(args: &TargetArgs) -> Result<(), Failure> {
         position,
         orientation_wxyz,
     };
+    wish.contact_limit = args.movement.contact_limit;
     let asked = ask_physics(&bus, &wish)?;
     if args.movement.no_wait {
         let time_s = asked.header.sim_time_ns as f64 * 1.0e-9;
@@ -77,7 +80,34 @@ pub(crate) fn target(args: &TargetArgs) -> Result<(), Failure> {
         let end = approach.look(state, led.arm)?;
         Some((end, state.header.sim_time_ns as f64 * 1.0e-9))
     })?;
+    if let Arrival::Contact(force_n, with) = end {
+        return Err(contact_stop(&session, force_n, with, time_s));
+    }
     report(end, time_s, not_reached(&bus, led.arm))
+}
+
+/// The arm stopped at a contact.
+pub(super) fn contact_stop(session: &Session, force_n: f64, with: u32, time_s: f64) -> Failure {
+    // Without the cell file the force is still worth to be said.
+    let name = session
+        .load_cell()
+        .ok()
+        .and_then(|cell| body_name(&cell, with));
+    let name = name.unwrap_or_else(|| "something".to_owned());
+    Failure::configuration(format!(
+        "contact: the arm stopped at {time_s:.3} s, {name} presses with {force_n:.0} N; \
+         `--contact-limit` allows more"
+    ))
+}
+
+/// Name of a body as in [`ipc_types::contact::Contact`].
+fn body_name(cell: &Cell, body: u32) -> Option<String> {
+    let index = (body & 0xffff) as usize;
+    match BodyKind::from_code(body >> 16)? {
+        BodyKind::Object => cell.objects.get(index).map(|of| of.name.clone()),
+        BodyKind::Fixture => cell.fixtures.get(index).map(|of| of.name.clone()),
+        BodyKind::Arm => cell.arms.get(index).map(|of| of.name.clone()),
+    }
 }
 
 /// Why the controller of an arm says that it does not reach its target; empty where it says
@@ -143,7 +173,8 @@ fn report(end: Arrival, time_s: f64, why: &str) -> Result<(), Failure> {
             ));
             Ok(())
         }
-        Arrival::Replaced => {
+        // The caller knows the name of the body.
+        Arrival::Contact(..) | Arrival::Replaced => {
             say::line(format_args!("another target was given at {time_s:.3} s"));
             Ok(())
         }

@@ -6,9 +6,9 @@ use ipc_types::{ArmState, MAX_JOINTS, WorldState};
 use supervisor::failure::Failure;
 
 use super::Session;
-use super::approach::{AWAY_TICKS, REST, REST_TICKS};
+use super::approach::{AWAY_TICKS, REST, REST_TICKS, contact_since};
 use super::follow::Follower;
-use super::hand::{in_parentheses, not_reached, state_of_led_cell};
+use super::hand::{contact_stop, in_parentheses, not_reached, state_of_led_cell};
 use super::operate::{ask_physics, request};
 use crate::cli::JointsArgs;
 use crate::say;
@@ -39,6 +39,8 @@ pub(crate) fn joints(args: &JointsArgs) -> Result<(), Failure> {
     let target = target(&args.values, &units, args.movement.deg);
     let mut wish = request(OperatorAction::Joints);
     (wish.arm, wish.joints) = (led.arm, target);
+    wish.contact_limit = args.movement.contact_limit;
+    let stops = state.panel.contact_stops;
     let asked = ask_physics(&bus, &wish)?;
     if args.movement.no_wait {
         let time_s = asked.header.sim_time_ns as f64 * 1.0e-9;
@@ -47,6 +49,9 @@ pub(crate) fn joints(args: &JointsArgs) -> Result<(), Failure> {
     }
     let mut rest_since = asked.header.tick;
     let (state, is_paused) = world.until(|state| {
+        if contact_since(&state.panel, stops).is_some() {
+            return Some((*state, false));
+        }
         let arm = state.arms().get(led.arm as usize)?;
         if !rests(arm) {
             rest_since = state.header.tick;
@@ -63,6 +68,12 @@ pub(crate) fn joints(args: &JointsArgs) -> Result<(), Failure> {
             "joint target set at {time_s:.3} s; the arm moves when simulated time is resumed"
         ));
         return Ok(());
+    }
+    let panel = &state.panel;
+    if contact_since(panel, stops).is_some() {
+        let time_s = state.header.sim_time_ns as f64 * 1.0e-9;
+        let (force_n, with) = (panel.contact_force, panel.contact_with);
+        return Err(contact_stop(&session, force_n, with, time_s));
     }
     report(&state, led.arm, &target, &units, || {
         not_reached(&bus, led.arm)

@@ -17,6 +17,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 use tokio::sync::{broadcast, watch};
 
+use crate::feed::by_hand::Outcome;
 use crate::page::role::Role;
 use crate::timeline::lanes::{LaneSpan, Timeline};
 use crate::trace::TraceModel;
@@ -194,6 +195,17 @@ impl Broadcast {
     /// Adds a line about a process that was restarted to the log.
     pub fn add_restart(&self, time_s: f64, text: &str) {
         self.add_event(time_s, "lifecycle", TraceEvent::Restart, text);
+    }
+
+    /// Adds what came of an arm that is led by hand to the log.
+    pub fn add_hand_outcome(&self, time_s: f64, outcome: &Outcome) {
+        let event = if outcome.is_good {
+            TraceEvent::Hand
+        } else {
+            TraceEvent::HandFailed
+        };
+        let text = format!("operator: {}", outcome.text);
+        self.add_event(time_s, "lifecycle", event, &text);
     }
 
     /// Adds a warning about the inputs of the run to the log.

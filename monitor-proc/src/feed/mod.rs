@@ -2,6 +2,7 @@
 
 mod breakpoints;
 pub mod broadcast;
+pub mod by_hand;
 pub mod missed_cycles;
 pub mod publisher;
 pub mod real_time_factor;

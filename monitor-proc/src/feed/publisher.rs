@@ -11,6 +11,7 @@ use serde_json::Value;
 
 use crate::feed::breakpoints::BreakpointCounts;
 use crate::feed::broadcast::{Broadcast, RecordedSpan};
+use crate::feed::by_hand::ByHand;
 use crate::feed::missed_cycles::MissedCycles;
 use crate::feed::real_time_factor::RealTimeFactor;
 use crate::feed::scene;
@@ -47,6 +48,7 @@ pub struct Publisher {
     policy: String,
     restarts: Restarts,
     breakpoints: BreakpointCounts,
+    by_hand: ByHand,
     arms: Vec<String>,
     file: String,
     gaps: u64,
@@ -84,6 +86,7 @@ impl Publisher {
             policy: start.spec.policy.clone(),
             restarts: Restarts::default(),
             breakpoints: BreakpointCounts::default(),
+            by_hand: ByHand::new(&start.cell),
             arms: start.cell.arms.iter().map(|a| a.name.clone()).collect(),
             file: String::new(),
             gaps: 0,
@@ -173,6 +176,9 @@ impl Publisher {
         let (time_s, epoch) = time_and_epoch(world);
         self.broadcast
             .change_timeline(|timeline| timeline.update(time_s, epoch, lane_states));
+        for outcome in self.by_hand.update(world) {
+            self.broadcast.add_hand_outcome(time_s, &outcome);
+        }
     }
 
     fn frame(&mut self, now_ns: u64) {

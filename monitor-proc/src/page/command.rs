@@ -14,6 +14,8 @@ use super::fields::{Fields, MAX_WHOLE};
 /// Largest coordinate of a position in a command (m).
 // Well beyond the reach of any arm.
 const MAX_PLACE_M: f64 = 20.0;
+/// Largest contact force of a target (N).
+const MAX_CONTACT_N: f64 = 1000.0;
 /// Longest drag (s).
 const MAX_DRAG_S: f64 = 3600.0;
 /// Largest number of ticks of one step.
@@ -238,7 +240,16 @@ fn target(
         return Err(fields.wrong("orientation_wxyz", "a unit quaternion, w first"));
     }
     request.pose.orientation_wxyz = turn.map(|x| x / length);
+    request.contact_limit = contact_limit(fields)?;
     Ok(OperatorAction::Target)
+}
+
+/// The field `contact_limit_n`; the limit of physics if it is missing.
+fn contact_limit(fields: &Fields<'_>) -> Result<f64, String> {
+    if fields.is_missing("contact_limit_n") {
+        return Ok(0.0);
+    }
+    fields.number("contact_limit_n", 1.0, MAX_CONTACT_N)
 }
 
 fn joints(
@@ -251,6 +262,7 @@ fn joints(
     for (slot, position) in request.joints.iter_mut().zip(positions) {
         *slot = position;
     }
+    request.contact_limit = contact_limit(fields)?;
     Ok(OperatorAction::Joints)
 }
 

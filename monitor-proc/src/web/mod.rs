@@ -13,4 +13,4 @@ mod socket;
 mod state;
 
 pub use serve::{Listening, Services, bind};
-pub use state::GraspsOf;
+pub use state::{Search, SearchOf};

@@ -1,5 +1,7 @@
 //! The page of a live cell: its parts, and the thread that serves it.
 
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -9,8 +11,9 @@ use cell_model::runs::incident::Incidents;
 use cell_model::runs::spec::{PageSecrets, PageSpec, RunSpec, Speed};
 use cell_record::Recording;
 use cell_worker::Start;
-use grasp::GraspReport;
-use serde_json::Value;
+use grasp::{GraspReport, Reach};
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
+use serde_json::{Value, json};
 
 use crate::feed::broadcast::{Broadcast, Hello, RunInfo};
 use crate::feed::scene::{self, SceneError};
@@ -23,7 +26,7 @@ use crate::timeline::recorded::RecordedPast;
 use crate::timeline::scrub::{OpenPast, PastReader};
 use crate::web::access::AccessControl;
 use crate::web::files::Files;
-use crate::web::{self, GraspsOf, Services};
+use crate::web::{self, Search, SearchOf, Services};
 
 /// Folder with `meshes/ROBOT/LINK.glb`.
 const ENV_CACHE: &str = "ROBOCELL_CACHE_DIR";
@@ -126,22 +129,48 @@ pub fn prepare(
     };
     let incidents = Incidents::at(start.spec.incidents_dir.clone());
     let policies = PolicyFiles::new(&start.spec);
-    let grasps = grasps_of(Arc::clone(&broadcast), &start.spec);
-    let kept = (Some(incidents), Some(policies), Some(grasps));
+    let search = search_of(Arc::clone(&broadcast), &start.spec);
+    let kept = (Some(incidents), Some(policies), Some(search));
     let shown = (broadcast, names, Arc::new(open) as OpenPast);
     prepare_page(page, shown, Arc::new(queue), kept)
 }
 
-/// The grasps of the objects of a live cell, in the state that was kept last.
-fn grasps_of(broadcast: Arc<Broadcast>, spec: &RunSpec) -> GraspsOf {
+/// The searches in a live cell, in the state that was kept last.
+fn search_of(broadcast: Arc<Broadcast>, spec: &RunSpec) -> SearchOf {
     let spec = spec.clone();
-    Arc::new(move |arm, object| {
+    // One per arm that was asked for: a page that shows where a target leads asks ten times per
+    // second.
+    let arms: Mutex<HashMap<usize, Option<Reach>>> = Mutex::default();
+    Arc::new(move |search| {
         let world = broadcast.world().ok_or("physics has published no state")?;
         // Read for each request, which is rare: a loaded cell stays in memory otherwise.
-        let cell = spec.load_cell().map_err(|error| error.to_string())?;
-        let report = GraspReport::of(&cell, &world, object, arm)?;
-        serde_json::to_string(&report).map_err(|error| error.to_string())
+        let cell = || spec.load_cell().map_err(|error| error.to_string());
+        match search {
+            Search::Grasps(arm, object) => {
+                let report = GraspReport::of(&cell()?, &world, object, arm)?;
+                serde_json::to_string(&report).map_err(|error| error.to_string())
+            }
+            Search::Joints(arm, pose) => {
+                let state = world.arms().get(arm).ok_or("this cell has no such arm")?;
+                let mut arms = arms.lock().unwrap_or_else(PoisonError::into_inner);
+                let reach = match arms.entry(arm) {
+                    Entry::Occupied(known) => known.into_mut(),
+                    Entry::Vacant(new) => new.insert(cell()?.arms.get(arm).and_then(Reach::of)),
+                };
+                let reach = reach.as_mut().ok_or("this arm has no controller")?;
+                let count = (state.joint_count as usize).min(state.joint_positions.len());
+                let found = reach.joints(&state.joint_positions[..count], &isometry(pose));
+                Ok(json!({ "joints": found }).to_string())
+            }
+        }
     })
+}
+
+fn isometry([x, y, z, w, i, j, k]: [f64; 7]) -> Isometry3<f64> {
+    Isometry3::from_parts(
+        Translation3::new(x, y, z),
+        UnitQuaternion::new_normalize(Quaternion::new(w, i, j, k)),
+    )
 }
 
 /// All of a server for `page`.
@@ -153,7 +182,7 @@ pub fn prepare_page(
     page: &PageSpec,
     (broadcast, names, past): (Arc<Broadcast>, Names, OpenPast),
     queue: Arc<dyn CommandQueue>,
-    (incidents, policies, grasps): (Option<Incidents>, Option<PolicyFiles>, Option<GraspsOf>),
+    (incidents, policies, search): (Option<Incidents>, Option<PolicyFiles>, Option<SearchOf>),
 ) -> Result<PageServer, PageError> {
     let secrets = read_secrets(&page.secrets)?;
     // For a live cell `robocell status` prints a new link; for a recording nothing does.
@@ -176,7 +205,7 @@ pub fn prepare_page(
         names,
         past: Some(past),
         policies,
-        grasps,
+        search,
         incidents,
     };
     Ok(PageServer {

@@ -19,7 +19,7 @@ use serde::Deserialize;
 use super::access::Exchange;
 use super::connection_limit::Idle;
 use super::files::Asset;
-use super::state::AppState;
+use super::state::{AppState, Search};
 use super::{edit, plain, socket};
 use crate::timeline::scrub::PastSpan;
 
@@ -41,6 +41,7 @@ pub(super) fn router(state: Arc<AppState>) -> Router {
         .route("/api/incidents/{number}", any(incident))
         .route("/api/past", any(past))
         .route("/api/grasps/{arm}/{object}", any(grasps))
+        .route("/api/joints/{arm}/{pose}", any(joints))
         .route(
             "/api/policy",
             get(edit::read)
@@ -246,8 +247,36 @@ async fn grasps(
     let Ok(Path((arm, object))) = indices else {
         return plain::line(StatusCode::NOT_FOUND, "ARM/OBJECT are two indices\n");
     };
-    let Some(grasps) = state.services.grasps.clone() else {
-        return plain::line(StatusCode::NOT_FOUND, "only a live cell has grasps\n");
+    search(&state, Search::Grasps(arm, object)).await
+}
+
+/// The joint positions that bring the TCP of an arm to a pose.
+async fn joints(
+    State(state): Ours,
+    method: Method,
+    headers: HeaderMap,
+    parts: Result<Path<(usize, String)>, PathRejection>,
+) -> Response {
+    if let Some(refused) = refusal(&state, &method, &headers) {
+        return refused;
+    }
+    let pose = |text: &str| -> Option<[f64; 7]> {
+        let numbers: Result<Vec<f64>, _> = text.split(',').map(str::parse).collect();
+        let numbers: [f64; 7] = numbers.ok()?.try_into().ok()?;
+        let is_unit = (numbers[3..].iter().map(|x| x * x).sum::<f64>() - 1.0).abs() < 1.0e-2;
+        (numbers.iter().all(|x| x.is_finite()) && is_unit).then_some(numbers)
+    };
+    let parts = parts.ok().map(|Path((arm, text))| (arm, pose(&text)));
+    let Some((arm, Some(pose))) = parts else {
+        let allowed = "ARM/POSE are an index, and x,y,z,w,x,y,z with a unit quaternion\n";
+        return plain::line(StatusCode::NOT_FOUND, allowed);
+    };
+    search(&state, Search::Joints(arm, pose)).await
+}
+
+async fn search(state: &AppState, of: Search) -> Response {
+    let Some(search) = state.services.search.clone() else {
+        return plain::line(StatusCode::NOT_FOUND, "only a live cell is searched\n");
     };
     let Ok(permit) = state.searches.clone().try_acquire_owned() else {
         return plain::line(
@@ -259,7 +288,7 @@ async fn grasps(
     let search = move || {
         // Kept by the search: it continues when the page has left.
         let _permit = permit;
-        grasps(arm, object)
+        search(of)
     };
     match tokio::task::spawn_blocking(search).await {
         Ok(Ok(found)) => json(found),

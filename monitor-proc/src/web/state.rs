@@ -13,8 +13,18 @@ use crate::page::command::Names;
 use crate::page::queue::CommandQueue;
 use crate::timeline::scrub::OpenPast;
 
-/// The grasps of an object by an arm, by index, as JSON; or a sentence for people.
-pub type GraspsOf = Arc<dyn Fn(usize, usize) -> Result<String, String> + Send + Sync>;
+/// A search in the geometry of a live cell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Search {
+    /// The grasps of an object by an arm, by index.
+    Grasps(usize, usize),
+    /// The joint positions that bring the TCP of an arm to a pose: position (m) and w, x, y, z,
+    /// world frame.
+    Joints(usize, [f64; 7]),
+}
+
+/// The result of a search as JSON; or a sentence for people.
+pub type SearchOf = Arc<dyn Fn(Search) -> Result<String, String> + Send + Sync>;
 
 /// Services behind the routes.
 pub struct Services {
@@ -36,8 +46,8 @@ pub struct Services {
     pub past: Option<OpenPast>,
     /// The policies of a live cell that are written in files.
     pub policies: Option<PolicyFiles>,
-    /// The grasps of the objects of a live cell.
-    pub grasps: Option<GraspsOf>,
+    /// Searches in a live cell.
+    pub search: Option<SearchOf>,
     /// Failures that were kept, when this is a live cell.
     pub incidents: Option<Incidents>,
 }
@@ -49,7 +59,7 @@ pub(super) struct AppState {
     pub(super) sockets: Arc<Semaphore>,
     /// Permits for pages that read the recording.
     pub(super) readers: Semaphore,
-    /// The permit for a search of grasps.
+    /// The permit for a search.
     pub(super) searches: Arc<Semaphore>,
     /// The permit for a text that is being checked.
     pub(super) edits: Semaphore,

@@ -424,3 +424,25 @@ fn grasps_are_shown_to_who_may_look_and_only_of_a_live_cell() {
     let answer = replay.get("/api/grasps/0/1", &bearer(OPERATOR));
     assert_eq!(status(&answer), 404, "a recording has none");
 }
+
+#[test]
+fn joints_of_a_pose_need_an_arm_and_a_pose_of_seven_numbers() {
+    let bench = Bench::start();
+    let pose = "0.4,0,0.3,0,1,0,0";
+    assert_eq!(
+        status(&bench.get(&format!("/api/joints/0/{pose}"), "")),
+        401
+    );
+    let shown = bench.get(&format!("/api/joints/0/{pose}"), &bearer(VIEWER));
+    assert!(shown.ends_with(r#"{"joints":[0.3]}"#), "{shown}");
+    for path in [
+        format!("1/{pose}"),
+        format!("0/{pose},0"),
+        "0/0.4,0,0.3,0,2,0,0".to_owned(),
+        "0/0.4,0,inf,0,1,0,0".to_owned(),
+        "0".to_owned(),
+    ] {
+        let answer = bench.get(&format!("/api/joints/{path}"), &bearer(OPERATOR));
+        assert_eq!(status(&answer), 404, "{path}");
+    }
+}

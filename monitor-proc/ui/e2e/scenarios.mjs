@@ -6,6 +6,8 @@ import { guide, reach, scenes, sharp, views } from "./first.mjs";
 import { NOT_LIVE, PAUSED, TASK_PAUSED, flag, noFlag } from "./flags.mjs";
 import { filter, lanes, replaySpeed, speed } from "./time.mjs";
 import { drawing, guards, outline } from "./graph.mjs";
+import { grasp, jog } from "./guiding.mjs";
+import { hands } from "./hands.mjs";
 import { inspector } from "./inspect.mjs";
 import { answers, drawing as jobDrawing, load } from "./jobs.mjs";
 import { joints, ticks } from "./joints.mjs";
@@ -552,4 +554,5 @@ export const scenarios = {
   outline, drawing, guards, breakpoints, breakspots, policy, saved, code,
   inspector, joints, ticks, answers, jobDrawing, load, targets,
   guide, views, sharp, reach, scenes,
+  jog, grasp, hands,
 };

@@ -1,6 +1,8 @@
 // Starts the page: the store, the 3D view, the panels around it, the connection.
 import "./style.css";
 import { connect } from "./net/connection";
+import { Hand } from "./hand/hand";
+import { Jog } from "./hand/jog";
 import { followMoment } from "./net/moment";
 import { Store } from "./net/store";
 import { mountPanels } from "./panels/index";
@@ -17,7 +19,7 @@ declare global {
 /** The view, or null where the browser has no WebGL: the panels work without. */
 function makeView(store: Store, element: HTMLElement): View | null {
   try {
-    return new View(store, element);
+    return new View(store, element, hand, jog);
   } catch (error) {
     const note = document.createElement("p");
     note.className = "no-view";
@@ -30,10 +32,12 @@ function makeView(store: Store, element: HTMLElement): View | null {
 const element = document.getElementById("view");
 if (element === null) throw new Error("the page has no #view");
 const store = new Store();
+const hand = new Hand(store);
+const jog = new Jog(hand);
 const view = makeView(store, element);
 window.robocell = { store, view, settled: settled(store) };
 followMoment(store);
-mountPanels(store, view);
+mountPanels(store, view, hand, jog);
 
 if (import.meta.env.DEV && new URLSearchParams(location.search).has("demo")) {
   const { startDemo } = await import("../dev/demo");

@@ -2,7 +2,7 @@
 //! and counts.
 
 use cell_model::Cell;
-use ipc_types::{ArmCommand, ArmState, GripperCommand, Input, MAX_ARMS};
+use ipc_types::{ArmCommand, ArmState, GripperCommand, Input, MAX_ARMS, MAX_JOINTS};
 use nalgebra::Isometry3;
 use rapier3d_f64::prelude::PhysicsWorld;
 
@@ -60,6 +60,17 @@ impl Arms {
     /// The measured joints of each arm.
     pub(crate) fn measured(&self) -> &[Measured] {
         &self.measured
+    }
+
+    /// The measured positions of the controlled joints of an arm (rad or m); zeros beyond them.
+    pub(crate) fn controlled_positions(&self, arm: usize) -> [f64; MAX_JOINTS] {
+        let mut positions = [0.0; MAX_JOINTS];
+        if let Some((arm, measured)) = self.bodies.get(arm).zip(self.measured.get(arm)) {
+            for (slot, joint) in positions.iter_mut().zip(&arm.robot.arm_joints) {
+                *slot = measured.positions()[*joint];
+            }
+        }
+        positions
     }
 
     /// Pose of the tool centre point of an arm; `None` if the cell has no arm of that index.

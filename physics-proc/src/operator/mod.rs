@@ -1,5 +1,6 @@
 //! Requests of the operator, the panel, and the hand that drags.
 
+pub(crate) mod contact_stop;
 pub mod drag;
 pub(crate) mod panel;
 pub(crate) mod requests;

@@ -3,6 +3,8 @@
 use ipc_types::{MAX_BREAKS, MAX_JOINTS, OperatorPanel, Text};
 use serde::{Deserialize, Serialize};
 
+use crate::operator::contact_stop::ContactStop;
+
 /// [`OperatorPanel`] as part of a snapshot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Panel {
@@ -23,6 +25,7 @@ pub(crate) struct Panel {
     pub(super) target_joints: Option<[f64; MAX_JOINTS]>,
     /// Breakpoints of the task.
     pub(super) breaks: Vec<String>,
+    pub(super) contact: ContactStop,
 }
 
 impl Panel {
@@ -43,6 +46,7 @@ impl Panel {
         scene_reset: 0,
         target_joints: None,
         breaks: Vec::new(),
+        contact: ContactStop::NEW,
     };
 
     /// As it is published.
@@ -57,6 +61,10 @@ impl Panel {
             // The plant writes these two.
             pause_cause: 0,
             speed: 0.0,
+            contact_stops: self.contact.stops,
+            contact_with: self.contact.with,
+            contact_limit: self.contact.limit_n,
+            contact_force: self.contact.force_n,
             task_reset: self.task_reset,
             task_paused: u32::from(self.task_paused),
             target_arm: self.target_arm,

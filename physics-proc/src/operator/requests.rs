@@ -12,8 +12,10 @@ use crate::engine::convert;
 use crate::engine::settings::GRAVITY;
 use crate::engine::simulation::Engine;
 use crate::error::WorldError;
+use crate::operator::contact_stop::Place;
 use crate::operator::drag::{Drags, MAX_FORCE_N};
 use crate::operator::panel::Panel;
+use crate::state::touching;
 
 /// An answer: a code, and a sentence for the person: the reason of a refusal, or the condition
 /// under which an accepted request takes effect.
@@ -40,6 +42,37 @@ impl Operator {
     /// Pulls the dragged objects.
     pub(crate) fn before_step(&mut self, engine: &mut Engine) {
         self.drags.pull(engine);
+    }
+
+    /// Ends a target at a contact: the arm stays where it is. `held` gives the object that an arm
+    /// holds.
+    pub(crate) fn after_step(
+        &mut self,
+        engine: &Engine,
+        arms: &Arms,
+        held: impl Fn(usize) -> Option<usize>,
+    ) {
+        if !self.panel.contact.is_on || !self.panel.task_paused {
+            return;
+        }
+        let arm = self.panel.target_arm;
+        let index = arm as usize;
+        let pressure = touching::pressure(engine.rapier(), index, held(index));
+        let tool = tool(engine, arms, arm);
+        let here = Place {
+            position: tool.position,
+            orientation_wxyz: tool.orientation_wxyz,
+            joints: arms.controlled_positions(index),
+        };
+        if let Some(stay) = self.panel.contact.update(&pressure, here) {
+            let joints = self.panel.target_joints.map(|_| stay.joints);
+            let pose = Pose {
+                position: stay.position,
+                orientation_wxyz: stay.orientation_wxyz,
+            };
+            // A new target, so that the controller does not continue to the old one.
+            let _counted = self.aim(arm, pose, joints);
+        }
     }
 
     /// The drags, for equipment that takes objects out of the cell.
@@ -83,6 +116,7 @@ impl Operator {
     pub(crate) fn reset(&mut self) {
         self.drags = Drags::default();
         self.panel.scene_reset = self.panel.scene_reset.wrapping_add(1);
+        self.panel.contact.end();
     }
 }
 
@@ -123,7 +157,10 @@ impl Operator {
     /// Sets the pose to which an arm moves.
     pub(crate) fn set_target(&mut self, arms: &Arms, request: &OperatorRequest) -> Reply {
         match arm_of(arms, request) {
-            Ok(arm) => self.aim(arm, request.pose, None),
+            Ok(arm) => {
+                self.panel.contact.start(request.contact_limit);
+                self.aim(arm, request.pose, None)
+            }
             Err(reply) => reply,
         }
     }
@@ -153,6 +190,7 @@ impl Operator {
                 return (ReplyCode::OutOfRange, message);
             }
         }
+        self.panel.contact.start(request.contact_limit);
         // The pose is that of the tool: a reader of the pose alone does not move the arm.
         self.aim(arm, tool(engine, arms, arm), Some(request.joints))
     }
@@ -261,6 +299,7 @@ impl Operator {
         let panel = &mut self.panel;
         panel.task_started = false;
         panel.task_paused |= self.reset_pauses;
+        panel.contact.end();
         count(&mut panel.task_reset);
         if panel.task_paused {
             return accepted_but(
@@ -274,6 +313,9 @@ impl Operator {
     /// Pauses the task, or resumes it.
     pub(crate) fn pause_task(&mut self, paused: bool) -> Reply {
         let was_paused = std::mem::replace(&mut self.panel.task_paused, paused);
+        if was_paused != paused {
+            self.panel.contact.end();
+        }
         match (was_paused, paused) {
             (true, true) => accepted_but("it was paused before"),
             (false, false) => accepted_but("it was not paused"),

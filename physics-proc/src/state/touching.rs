@@ -8,6 +8,7 @@ use rapier3d_f64::prelude::*;
 use crate::engine::convert;
 use crate::engine::settings::TICK_S;
 use crate::engine::tag::Tag;
+use crate::operator::contact_stop::Pressure;
 
 /// Weaker contacts are left out (N).
 const LEAST_N: f64 = 0.01;
@@ -29,6 +30,31 @@ pub(crate) fn write(engine: &PhysicsWorld, tick: u64, out: &mut Contacts) {
     for (slot, contact) in out.contacts.iter_mut().zip(found) {
         *slot = contact;
     }
+}
+
+/// What presses on arm `arm` and on the object `held` that it holds.
+pub(crate) fn pressure(engine: &PhysicsWorld, arm: usize, held: Option<usize>) -> Pressure {
+    let own = Contact::body(BodyKind::Arm, arm);
+    let held = held.map(|object| Contact::body(BodyKind::Object, object));
+    let is_own = |body: u32| body == own || Some(body) == held;
+    let mut all = Pressure::default();
+    let mut largest_n = 0.0;
+    let contacts = engine
+        .contact_pairs()
+        .filter_map(|pair| contact(engine, pair));
+    for contact in contacts.filter(|of| is_own(of.a) != is_own(of.b)) {
+        let force = Vector3::from(contact.force);
+        all.force += if is_own(contact.a) { force } else { -force };
+        if force.norm() > largest_n {
+            largest_n = force.norm();
+            all.with = if is_own(contact.a) {
+                contact.b
+            } else {
+                contact.a
+            };
+        }
+    }
+    all
 }
 
 fn contact(engine: &PhysicsWorld, pair: &ContactPair) -> Option<Contact> {

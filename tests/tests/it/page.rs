@@ -6,9 +6,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Mutex;
+use std::time::Duration;
 
 use robocell_tests::cell::{TestCell, base};
-use robocell_tests::program::{built, finish, robocell};
+use robocell_tests::program::{built, finish, finish_within, robocell};
 use robocell_tests::recording::rewrite;
 use serde_json::{Value, json};
 
@@ -37,6 +38,9 @@ fn browser() -> Result<PathBuf, &'static str> {
         .or_else(|| find("google-chrome"))
         .ok_or("Chromium is missing")
 }
+
+/// Longest scenario: a person needs minutes to stack three bins.
+const LONGEST: Duration = Duration::from_secs(900);
 
 /// Runs a scenario of `monitor-proc/ui/e2e` on a cell started with `arguments`.
 #[track_caller]
@@ -71,7 +75,7 @@ fn look_at(scenario: &str, start: impl FnOnce() -> (TestCell, String)) {
         .env("ROBOCELL", built("robocell"))
         .env("ROBOCELL_RUN_DIR", cell.base())
         .env("OPERATOR_LINK", cell.link());
-    let said = finish(command);
+    let said = finish_within(command, LONGEST);
     assert_eq!(said.code, 0, "{}{}", said.stdout, said.stderr);
     eprint!("{}", said.stdout);
 }
@@ -106,6 +110,25 @@ fn frame_rates() {
         eprintln!("{demo}");
         browse("frames", &[demo, "--paused"]);
     }
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn an_arm_is_jogged_by_keys_and_buttons() {
+    browse("jog", &["franka-stack", "--paused"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn an_object_is_gripped_by_hand_and_every_outcome_is_said() {
+    browse("grasp", &["franka-stack", "--paused"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn three_bins_are_stacked_by_hand_with_what_the_page_shows_alone() {
+    // By its seed the second bin opens upward, and is turned over by hand.
+    browse("hands", &["ur10-bin-stack", "--seed", "0"]);
 }
 
 #[test]

@@ -24,7 +24,7 @@ use crate::{OneProcess, SimError};
 
 /// Version of the layout; another one is refused: bincode has no field names, so another layout
 /// would be read as wrong values, not as an error.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// Reason for which a snapshot was refused.
 #[derive(Debug, thiserror::Error)]

@@ -41,6 +41,18 @@ impl Reach {
         found.is_some_and(|found| is_near(&found))
     }
 
+    /// The joint positions (rad or m) nearest to `joint_positions` that bring the TCP to `tcp`
+    /// (world frame); `None` where it cannot be reached.
+    pub fn joints(&mut self, joint_positions: &[f64], tcp: &Isometry3<f64>) -> Option<Vec<f64>> {
+        let goal = self.base.inverse() * tcp;
+        let starts = [joint_positions, &self.starts[0], &self.starts[1]];
+        let mut tool = Tool::new(&mut self.flow, self.frame, &self.limits);
+        // From where the arm is first: the nearest of several postures.
+        let found = tool.solve(joint_positions, &goal).filter(is_near);
+        let found = found.or_else(|| tool.search(&starts, &goal).filter(is_near));
+        found.map(|found| found.positions)
+    }
+
     /// As [`Reach::reaches`], searched only from these joint positions and those of the start: a
     /// refusal takes a few milliseconds, and may be wrong.
     pub fn reaches_from(&mut self, joint_positions: &[f64], tcp: &Isometry3<f64>) -> bool {

@@ -1,7 +1,7 @@
 //! Bodies as convex parts, and how near they are to each other.
 
 use cell_model::Shape;
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use parry3d_f64::math::{Pose, Rotation, Vector};
 use parry3d_f64::query;
 use parry3d_f64::shape::SharedShape;
@@ -79,6 +79,16 @@ impl Solid {
                     && distance(&part.shape, &pose, &its.shape, &its_pose) < margin
             })
         })
+    }
+
+    /// Distance of the body at `at` from `point` (m); 0 inside of it.
+    pub fn distance_to(&self, at: &Isometry3<f64>, point: &Point3<f64>) -> f64 {
+        let distances = self.0.iter().map(|part| {
+            let local = (at * part.pose).inverse_transform_point(point);
+            part.shape
+                .distance_to_local_point(vector(&local.coords), true)
+        });
+        distances.fold(f64::INFINITY, f64::min)
     }
 
     /// Radius of a ball about its origin that contains it (m).

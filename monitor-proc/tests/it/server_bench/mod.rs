@@ -23,7 +23,7 @@ use monitor_proc::page::queue::{Answer, CommandQueue, Reply, send};
 use monitor_proc::timeline::scrub::{OpenPast, PastReader, PastSpan, SeekTarget};
 use monitor_proc::web::access::AccessControl;
 use monitor_proc::web::files::Files;
-use monitor_proc::web::{GraspsOf, Services, bind};
+use monitor_proc::web::{Search, SearchOf, Services, bind};
 use serde_json::{Value, json};
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Message, WebSocket};
@@ -98,11 +98,12 @@ fn hello(live: bool) -> Hello {
     }
 }
 
-/// The grasps of object 1 by arm 0.
-fn grasps(arm: usize, object: usize) -> Result<String, String> {
-    match (arm, object) {
-        (0, 1) => Ok(r#"{"arm":"panda"}"#.to_owned()),
-        _ => Err(format!("there is no arm {arm}")),
+/// The grasps of object 1 by arm 0, and its joints.
+fn search(search: Search) -> Result<String, String> {
+    match search {
+        Search::Grasps(0, 1) => Ok(r#"{"arm":"panda"}"#.to_owned()),
+        Search::Joints(0, pose) => Ok(format!(r#"{{"joints":[{}]}}"#, pose[2])),
+        Search::Grasps(arm, _) | Search::Joints(arm, _) => Err(format!("there is no arm {arm}")),
     }
 }
 
@@ -165,7 +166,7 @@ impl Bench {
                     },
                     policies: None,
                     past: Some(past),
-                    grasps: live.then(|| Arc::new(grasps) as GraspsOf),
+                    search: live.then(|| Arc::new(search) as SearchOf),
                     incidents: live.then_some(incidents),
                 };
                 tokio::select! {

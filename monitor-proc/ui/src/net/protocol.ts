@@ -279,8 +279,10 @@ export type Command =
       arm: number;
       position: Vec3;
       orientation_wxyz: [number, number, number, number];
+      /** Contact force at which the arm stops (N). */
+      contact_limit_n?: number;
     }
-  | { do: "joints"; arm: number; positions: number[] }
+  | { do: "joints"; arm: number; positions: number[]; contact_limit_n?: number }
   | { do: "break"; name: string; on: boolean }
   | { do: "speed"; speed: string }
   | { do: "gripper"; arm: number; to: "open" | "close" }

@@ -1,5 +1,4 @@
 // What buttons and keys do alike, each with its twin on the command line.
-import { FLAG } from "../net/snapshot";
 import type { PanelContext } from "./context";
 import type { ButtonSpec } from "./button";
 
@@ -76,8 +75,5 @@ function gripper(context: PanelContext, cell: () => string | null): ButtonSpec {
 
 /** Why arm and gripper cannot be led by hand now, or null. */
 export function handRefusal(context: PanelContext): string | null {
-  const { snapshot, store } = context;
-  if (!snapshot) return "no state yet";
-  const led = store.hello?.run.policy === "follow" || context.flag(FLAG.taskPaused);
-  return led ? null : "the task leads the arm: pause the task first";
+  return context.hand.refusal();
 }

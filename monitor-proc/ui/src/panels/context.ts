@@ -1,4 +1,5 @@
 // What all panels share: the store, the view, the selected arm, and commands.
+import type { Hand } from "../hand/hand";
 import type { Command } from "../net/protocol";
 import { FLAG, type Snapshot } from "../net/snapshot";
 import type { Store } from "../net/store";
@@ -20,6 +21,8 @@ export class PanelContext {
   constructor(
     readonly store: Store,
     readonly view: ViewApi | null,
+    /** Leads arms by hand. */
+    readonly hand: Hand,
   ) {
     store.on("scene", () => {
       this.arm = 0;

@@ -13,6 +13,7 @@ const MOUSE: Entries = [
   ["… and Ctrl", "straight up and down"],
   ["… and wheel", "raise, lower"],
   ["Drag an arrow", "lead the arm (task paused, or reach)"],
+  ["… and Shift", "a tenth as far"],
 ];
 
 const TOUCH: Entries = [
@@ -30,6 +31,8 @@ const KEYS: Entries = [
   ["G", "open or close the gripper (task paused, or reach)"],
   ["T, E", "arrows at the tool: move, turn the target"],
   ["1 to 5", "view: cell, top, front, side, tool"],
+  ["Arrows, Page ↑ ↓", "in the 3D view: move or turn the target by the step of Jog in the Robot tab; Shift: a tenth"],
+  ["Enter", "Go, where a target is proposed"],
   ["F", "frame the selection, or the tool"],
   ["Esc", "release; close the guide, a sheet, a drawer"],
   ["← →", "on the timeline: 0.1 s, with Shift 1 s; on tabs: next"],

@@ -1,5 +1,7 @@
 // The panels around the 3D view.
 import "../style.css";
+import type { Hand } from "../hand/hand";
+import type { Jog } from "../hand/jog";
 import type { Store } from "../net/store";
 import { actions } from "./actions";
 import { demoTab } from "./demo-tab";
@@ -20,8 +22,8 @@ import { mountTop, stepsInput, stepsOf } from "./top/index";
 import type { ViewApi } from "./view-api";
 
 /** Fills #top, #left, #right and #bottom; works without a view and before any data. */
-export function mountPanels(store: Store, view: ViewApi | null): void {
-  const context = new PanelContext(store, view);
+export function mountPanels(store: Store, view: ViewApi | null, hand: Hand, jog: Jog): void {
+  const context = new PanelContext(store, view, hand);
   const steps = stepsInput();
   const act = actions(context, () => stepsOf(steps));
   const help = helpSheet();
@@ -34,7 +36,7 @@ export function mountPanels(store: Store, view: ViewApi | null): void {
   place("right", (host) => {
     const all = tabs([
       { key: "task", name: "Task", body: taskTab(context) },
-      { key: "robot", name: "Robot", body: robotTab(context, act) },
+      { key: "robot", name: "Robot", body: robotTab(context, act, jog) },
       { key: "plots", name: "Plots", body: plotsTab(context) },
       { key: "latency", name: "Latency", body: latencyTab(context) },
     ]);

@@ -13,6 +13,7 @@ export function mountToasts(store: Store): void {
     if (store.past !== null) return;
     for (const { mark, text } of lines) {
       if (mark === "incident") store.emit("notice", { text, bad: true });
+      if (mark === "hand" || mark === "hand_failed") store.emit("notice", { text: text.replace(/^operator: /, ""), bad: mark === "hand_failed" });
       if (mark === "restart") store.emit("notice", { text: text.replace(/^\[\w+\] /, ""), bad: false });
     }
   });

@@ -16,8 +16,6 @@ export interface Body {
 
 /** How far an arm that is asked for nothing may reach up (m). */
 const HEADROOM_M = 0.75;
-/** How far it may reach out to the sides (m). */
-const ELBOW_ROOM_M = 0.45;
 /** How much of a table may be cut off, so that the arms are not drawn too small. */
 const TABLE_MARGIN = 0.15;
 
@@ -109,10 +107,12 @@ export class Cell {
   /** Points that a picture of the whole cell has to hold (m). */
   outlinePoints(): Vector3[] {
     const points = [...goals(this.scene), ...fixtureCorners(this.scene)];
-    for (const { root } of this.robots) {
+    for (const robot of this.robots) {
+      const { root } = robot;
       points.push(...cornersOf(new Box3().setFromObject(root)));
       points.push(root.position.clone().setZ(root.position.z + HEADROOM_M));
-      for (const side of [-ELBOW_ROOM_M, ELBOW_ROOM_M]) {
+      const reach = robot.reach();
+      for (const side of [-reach, reach]) {
         points.push(root.position.clone().setX(root.position.x + side));
         points.push(root.position.clone().setY(root.position.y + side));
       }

@@ -2,6 +2,8 @@
 import "./up";
 import "./view.css";
 import { Box3, Vector3 } from "three";
+import type { Hand } from "../hand/hand";
+import type { Jog } from "../hand/jog";
 import type { Scene, Vec3 } from "../net/protocol";
 import { FLAG, type Snapshot } from "../net/snapshot";
 import type { Store } from "../net/store";
@@ -23,6 +25,9 @@ import { Toggles } from "./toggles";
 import { Drag } from "./touch/drag";
 import { Gizmo } from "./touch/gizmo";
 import { Hints } from "./touch/hints";
+import { Keys } from "./touch/keys";
+import { Marks } from "./touch/marks";
+import { ProposalGhost } from "./touch/proposal";
 import { Selection } from "./touch/selection";
 
 /** Of what shiny surfaces mirror, by a graphics card and by a program (pixels). */
@@ -42,6 +47,8 @@ export class View implements ViewApi {
   private readonly selection: Selection;
   private readonly drag: Drag;
   private readonly gizmo: Gizmo;
+  private readonly marks: Marks;
+  private readonly proposal: ProposalGhost;
   private cell: Cell | null = null;
   private shown: Snapshot | null = null;
   /** Something other than the camera changed since the last picture. */
@@ -56,6 +63,8 @@ export class View implements ViewApi {
   constructor(
     private readonly store: Store,
     private readonly element: HTMLElement,
+    hand: Hand,
+    jog: Jog,
   ) {
     this.frames = new Frames(
       () => this.draw(),
@@ -69,11 +78,15 @@ export class View implements ViewApi {
     this.labels = new Labels(element);
     this.eye = new Camera(this.screen.canvas, look);
     this.overlays = new Overlays(this.stage.scene, this.toggles, this.labels);
-    this.gizmo = new Gizmo(this.screen.canvas, this.eye, store, look);
-    this.drag = new Drag(element, this.eye, store, cell, touch);
+    this.gizmo = new Gizmo(this.screen.canvas, this.eye, hand, look);
+    this.drag = new Drag(element, this.eye, store, cell, touch, () => this.gizmo.pointed);
+    this.marks = new Marks(store, hand, touch);
+    this.proposal = new ProposalGhost(hand, touch);
+    new Keys(this.screen.canvas, this.eye, this.gizmo, hand, jog, (text) => store.emit("notice", { text, bad: false }));
+    hand.onChange(touch);
     this.selection = new Selection(element, this.eye, cell, () => this.busy);
     new Hints(element, this.eye, store, cell, this.gizmo);
-    this.stage.scene.add(this.gizmo.root, this.drag.root, this.selection.root);
+    this.stage.scene.add(this.gizmo.root, this.drag.root, this.selection.root, this.marks.root, this.proposal.root);
     this.quality = this.ladder();
     this.listen();
   }
@@ -263,6 +276,7 @@ export class View implements ViewApi {
     this.drag.release();
     this.selection.set(null);
     this.overlays.reset();
+    this.proposal.reset();
     this.gizmo.arm = 0;
     this.cell = new Cell(scene, () => this.refresh());
     this.stage.scene.add(this.cell.root);
@@ -327,10 +341,12 @@ export class View implements ViewApi {
     this.labels.begin();
     this.overlays.update(cell, shown);
     this.drag.update(cell, this.labels);
+    this.marks.update(cell, shown, this.gizmo.arm, this.labels);
+    this.proposal.update(cell, shown, this.labels);
     this.labels.end();
     // A selected arm shows its gizmo also while it cannot lead.
     const selected = cell.scene.arms[this.gizmo.arm]?.name === this.selection.name;
-    this.gizmo.update(cell, shown, selected);
+    this.gizmo.update(shown, selected);
     this.selection.update();
   }
 }

@@ -7,6 +7,7 @@
 )]
 
 mod bin_stack;
+mod by_hand;
 mod clearance;
 mod cube;
 mod episodes;

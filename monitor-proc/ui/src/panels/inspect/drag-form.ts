@@ -26,7 +26,7 @@ export function dragForm(context: PanelContext, object: string, read: () => Pose
     why,
     run: () => context.send({ do: "drag", object, to: to(), for_s: PULL_S }),
   });
-  const form = el("form", { class: "drag-form", "aria-label": `Drag ${object} to` }, el("span", { class: "dim" }, "to (m)"), ...inputs, go);
+  const form = el("form", { class: "drag-form", "aria-label": `Drag ${object} to` }, el("span", { class: "dim" }, "drag to x, y, z (m)"), ...inputs, go);
   form.addEventListener("submit", (event) => {
     event.preventDefault();
     go.click();
@@ -39,7 +39,7 @@ export function dragForm(context: PanelContext, object: string, read: () => Pose
   context.pulse.add(form, () => {
     const pose = read();
     if (!follows || pose === undefined || form.contains(document.activeElement)) return;
-    for (const [axis, input] of inputs.entries()) input.value = pose[axis]?.toFixed(3) ?? "";
+    for (const [axis, input] of inputs.entries()) input.value = pose[axis]?.toFixed(4) ?? "";
   });
   return form;
 }

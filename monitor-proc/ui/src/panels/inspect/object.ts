@@ -2,6 +2,7 @@
 import { norm } from "../../net/contacts";
 import { OBJECT, type ObjectState } from "../../net/snapshot";
 import type { PanelContext } from "../context";
+import { aimButtons } from "./aim";
 import { copyPose } from "./copy";
 import { dragForm } from "./drag-form";
 import { graspList } from "./grasps";
@@ -39,7 +40,7 @@ export function objectCard(context: PanelContext, index: number): Card | null {
       row("friction", "", () => spec.friction.toFixed(2)),
       touches,
     ],
-    actions: [dragForm(context, spec.name, pose), copyPose(context, pose), ...graspList(context, spec.name, index, pose)],
+    actions: [...aimButtons(context, spec.name, index, pose), dragForm(context, spec.name, pose), copyPose(context, pose), ...graspList(context, spec.name, index, pose)],
   };
 }
 

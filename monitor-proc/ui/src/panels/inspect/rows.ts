@@ -30,9 +30,9 @@ export function poseRows(read: () => Pose | undefined, whose = ""): Row[] {
     return pose === undefined ? "–" : text(pose);
   };
   return [
-    row(`${whose}position`, "m", of((pose) => list(pose.slice(0, 3), 3))),
-    row("roll, pitch, yaw", "°", of((pose) => list(anglesOf(pose), 1))),
-    row("w, x, y, z", "", of((pose) => list(pose.slice(3), 3))),
+    row(`${whose}position`, "m", of((pose) => list(pose.slice(0, 3), 4))),
+    row("roll, pitch, yaw", "°", of((pose) => list(anglesOf(pose), 2))),
+    row("w, x, y, z", "", of((pose) => list(pose.slice(3), 4))),
   ];
 }
 

@@ -19,7 +19,7 @@ export function facts(context: PanelContext, arm: number): HTMLElement {
     ["clearance", (state) => (state.clearance > NO_OBSTACLE_M ? "no obstacle" : millimetres(state.clearance, 0))],
     ["holds", (state) => (state.held === null ? "nothing" : (context.store.scene?.objects[state.held]?.name ?? "?"))],
     ...gripperRows(context, arm),
-    ["TCP (m)", (state) => state.tcp.slice(0, 3).map((value) => value.toFixed(3)).join(", ")],
+    ["TCP (m)", (state) => state.tcp.slice(0, 3).map((value) => value.toFixed(4)).join(", ")],
   ];
   const cells = rows.map(([name, text]) => {
     const value = el("b", { class: "num" }, "–");

@@ -5,11 +5,13 @@ import { button } from "../button";
 import type { PanelContext } from "../context";
 import { el, setAttr, setText } from "../dom";
 import { facts } from "./facts";
+import type { Jog } from "../../hand/jog";
+import { jogPanel } from "./jog";
 import { jointForm } from "./joint-form";
 import { joints } from "./joints";
 import { targetForm } from "./target";
 
-export function robotTab(context: PanelContext, act: Actions): HTMLElement {
+export function robotTab(context: PanelContext, act: Actions, jog: Jog): HTMLElement {
   const arms = el("div", { class: "segments", role: "group", "aria-label": "Arm", hidden: true });
   const body = el("div", { class: "column" });
   const sliders = el("div");
@@ -40,7 +42,7 @@ export function robotTab(context: PanelContext, act: Actions): HTMLElement {
     if (name !== null) setText(name, gripperIsClosed(context) ? "Open gripper" : "Close gripper");
   });
   choose();
-  return el("div", { class: "robot-tab column scroll" }, arms, body, targetForm(context), el("div", { class: "row" }, gripper), sliders);
+  return el("div", { class: "robot-tab column scroll" }, arms, body, targetForm(context), el("div", { class: "row" }, gripper), jogPanel(context, jog), sliders);
 }
 
 /** Facts and joints of the selected arm. */

@@ -25,7 +25,7 @@ export function jointForm(context: PanelContext, arm: number, spec: ArmSpec): HT
   const sliders = own.map((joint, index) => slider(joint, names[index] ?? joint.name));
   const wanted = () => sliders.map((one) => one.wanted());
   const why = () => context.cellRefusal() ?? handRefusal(context);
-  const sender = new LatestOnly(() => context.send({ do: "joints", arm, positions: wanted() }));
+  const sender = new LatestOnly(() => context.send({ do: "joints", arm, positions: wanted(), contact_limit_n: context.hand.contactLimit_n }));
   let touchedAt: number | null = null;
   const reason = el("p", { class: "dim" });
   const root = el(

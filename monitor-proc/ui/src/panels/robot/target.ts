@@ -1,6 +1,6 @@
 // A target of the tool in numbers.
-import type { Vec3 } from "../../net/protocol";
-import { handRefusal } from "../actions";
+import type { Pose } from "../../net/protocol";
+import { CONTACT_LIMIT_N } from "../../hand/hand";
 import { button } from "../button";
 import type { PanelContext } from "../context";
 import { el, setText } from "../dom";
@@ -10,12 +10,13 @@ const RAD = Math.PI / 180;
 const FIELDS = ["x", "y", "z", "roll", "pitch", "yaw"] as const;
 
 export function targetForm(context: PanelContext): HTMLElement {
+  const { hand } = context;
   const inputs = FIELDS.map((name, index) =>
     el("input", { type: "number", step: index < 3 ? 0.005 : 1, "aria-label": name, title: index < 3 ? `${name} in metres, world frame` : `${name} in degrees` }),
   );
   const numbers = () => inputs.map((input) => Number.parseFloat(input.value));
   const why = () => {
-    const refusal = context.cellRefusal() ?? handRefusal(context);
+    const refusal = hand.refusal();
     if (refusal !== null) return refusal;
     return numbers().every(Number.isFinite) ? null : "a field is empty";
   };
@@ -24,44 +25,34 @@ export function targetForm(context: PanelContext): HTMLElement {
    * target that leads the arm, as the arrows do, else the tool.
    */
   let following = true;
-  /** The target at which the fields were told to show the tool. */
-  let passed = "";
-  let wasPaused = false;
-  /** An accepted target that the controller may not have taken yet. */
-  let sent: { arm: number; fields: string; before: string } | null = null;
   const texts = () => inputs.map((input) => input.value).join();
-  const targetNow = () => {
-    const state = context.snapshot?.arms[context.arm];
-    return state?.targetValid === true ? JSON.stringify(state.target) : "";
-  };
   const show = () => {
-    const state = context.snapshot?.arms[context.arm];
-    if (state === undefined) return;
-    const isLed = handRefusal(context) === null && targetNow() !== passed && targetNow() !== "";
-    const pose = isLed ? state.target : state.tcp;
+    const pose = hand.pose(context.arm);
+    if (pose === null) return;
     const turn = toRpy([pose[3], pose[4], pose[5], pose[6]]);
     const values = [...pose.slice(0, 3).map((v) => v.toFixed(4)), ...turn.map((v) => (v / RAD).toFixed(2))];
     for (const [index, input] of inputs.entries()) input.value = values[index] ?? "";
   };
   const which = () => (context.arm === 0 ? "" : ` --arm ${context.arm}`);
+  const limit = () => (hand.contactLimit_n === CONTACT_LIMIT_N ? "" : ` --contact-limit ${hand.contactLimit_n}`);
   const go = button(context, {
     label: "Go",
     // A target that is in force needs no highlighted button.
-    primary: () => !following,
+    primary: () => !following || hand.proposal !== null,
     about: () => "Lead the tool to this target (metres and degrees, world frame)",
     twin: () => {
       const all = numbers();
-      return `robocell target ${all.map((v) => (Number.isFinite(v) ? v.toFixed(4) : "?")).join(" ")}${which()} --deg`;
+      return `robocell target ${all.map((v) => (Number.isFinite(v) ? v.toFixed(4) : "?")).join(" ")}${which()} --deg${limit()}`;
     },
     why,
     run: () => {
       const [x = 0, y = 0, z = 0, roll = 0, pitch = 0, yaw = 0] = numbers();
-      const position: Vec3 = [x, y, z];
-      const turn = fromRpy(roll * RAD, pitch * RAD, yaw * RAD);
-      const asked = { arm: context.arm, fields: texts(), before: targetNow() };
-      return context.send({ do: "target", arm: asked.arm, position, orientation_wxyz: turn }).then((accepted) => {
+      const pose: Pose = [x, y, z, ...fromRpy(roll * RAD, pitch * RAD, yaw * RAD)];
+      const asked = { arm: context.arm, fields: texts() };
+      hand.begin();
+      return hand.send(asked.arm, pose).then((accepted) => {
         // After a refusal the fields keep their numbers.
-        if (accepted) sent = asked;
+        if (accepted && asked.arm === context.arm && asked.fields === texts()) following = true;
       });
     },
   });
@@ -71,7 +62,7 @@ export function targetForm(context: PanelContext): HTMLElement {
     twin: () => null,
     run: () => {
       following = true;
-      passed = targetNow();
+      hand.fromTool(context.arm);
       show();
     },
   });
@@ -81,7 +72,7 @@ export function targetForm(context: PanelContext): HTMLElement {
     { class: "target-form", "aria-label": "Target of the tool" },
     el("h3", {}, "Target of the tool"),
     el("div", { class: "target-fields" }, ...FIELDS.map((name, index) => el("label", {}, `${name} (${index < 3 ? "m" : "°"})`, inputs[index] ?? ""))),
-    el("div", { class: "row" }, here, go, reason),
+    el("div", { class: "row" }, here, go, stopAt(context), reason),
   );
   form.addEventListener("submit", (event) => {
     event.preventDefault();
@@ -89,28 +80,33 @@ export function targetForm(context: PanelContext): HTMLElement {
   });
   for (const event of ["focusin", "input"]) {
     form.addEventListener(event, ({ target }) => {
-      if (target instanceof HTMLInputElement) following = false;
+      if (target instanceof HTMLInputElement && inputs.includes(target)) following = false;
     });
   }
   context.onArm(() => {
     following = true;
-    passed = targetNow();
+  });
+  hand.onChange(() => {
+    if (hand.proposal !== null) following = true;
   });
   // Hidden, too: a user who starts to type finds all fields filled in.
   context.pulse.add(null, () => {
-    const isPaused = handRefusal(context) === null;
-    // What the task aimed at when it was paused leads no longer.
-    if (isPaused && !wasPaused) passed = targetNow();
-    wasPaused = isPaused;
-    if (sent !== null && targetNow() !== sent.before) {
-      if (sent.arm === context.arm && sent.fields === texts()) {
-        following = true;
-        passed = "";
-      }
-      sent = null;
-    }
     if (following) show();
   });
   context.pulse.add(form, () => setText(reason, why() ?? ""));
   return form;
+}
+
+/** The contact force at which the arm stops. */
+function stopAt(context: PanelContext): HTMLElement {
+  const { hand } = context;
+  const input = el("input", { type: "number", min: 1, max: 1000, step: 5, value: hand.contactLimit_n, "aria-label": "Contact force at which the arm stops (N)" });
+  input.addEventListener("change", () => {
+    const value = Number.parseFloat(input.value);
+    const isAllowed = value >= 1 && value <= 1000;
+    if (isAllowed) hand.contactLimit_n = value;
+    else context.notify("a contact force has 1 to 1000 N", true);
+    input.value = String(hand.contactLimit_n);
+  });
+  return el("label", { class: "stop-at", title: "The arm stops where it touches something with this force" }, "stop at (N)", input);
 }

@@ -17,6 +17,8 @@ const MARKS: [string, string][] = [
   ["abort", "turned back"],
   ["recover", "recovery"],
   ["restart", "process restarted"],
+  ["hand", "by hand"],
+  ["hand_failed", "failed by hand"],
   ["done", "done"],
   ["fault", "fault"],
   ["incident", "incident: click to open"],

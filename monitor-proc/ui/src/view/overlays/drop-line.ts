@@ -5,7 +5,6 @@ import type { Labels } from "../labels";
 import { Strokes } from "./strokes";
 
 const DOWN = new Vector3(0, 0, -1);
-const KEY = "drop line";
 
 export class DropLine {
   readonly root = new Group();
@@ -24,18 +23,23 @@ export class DropLine {
     this.draw(cell, from, body, labels);
   }
 
-  private draw(cell: Cell, from: Vector3, except: Body, labels: Labels): void {
+  /** From a point, such as that of a tool. */
+  from(cell: Cell, point: Vector3, labels: Labels): void {
+    this.draw(cell, point.clone(), null, labels);
+  }
+
+  private draw(cell: Cell, from: Vector3, except: Body | null, labels: Labels): void {
     this.line.clear();
     // From a little above: what the body rests on can reach into it by some micrometres.
     this.caster.set(from.clone().setZ(from.z + 1e-3), DOWN);
     const hits = this.caster.intersectObjects(cell.withoutArms(), true);
     const hit = hits.find(({ object }) => {
       const owner = cell.ownerOf(object);
-      return owner.body !== except && owner.body?.group.visible !== false;
+      return (owner.body === null || owner.body !== except) && owner.body?.group.visible !== false;
     });
     const floor = hit?.point ?? from.clone().setZ(cell.floor);
     this.line.add(from, floor);
     const millimetres = Math.max(0, 1000 * (from.z - floor.z));
-    labels.show(KEY, `${millimetres.toFixed(0)} mm`, floor);
+    labels.show(`drop line ${this.root.id}`, `${millimetres.toFixed(0)} mm`, floor);
   }
 }

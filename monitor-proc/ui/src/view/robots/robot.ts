@@ -94,6 +94,23 @@ export class Robot {
     return Object.fromEntries(all);
   }
 
+  /** How far its tool comes from the axis of its first joint, at most (m). */
+  reach(): number {
+    this.root.updateWorldMatrix(true, true);
+    const links: Object3D[] = Object.values(this.urdf.links);
+    const at = (object: Object3D) => new Vector3().setFromMatrixPosition(object.matrixWorld);
+    const lengths = [this.toolPose().position.distanceTo(at(this.link(this.spec.tool_link) ?? this.root))];
+    let link = this.link(this.spec.tool_link);
+    while (link !== null) {
+      let parent = link.parent;
+      while (parent !== null && !links.includes(parent)) parent = parent.parent;
+      if (parent !== null) lengths.push(at(link).distanceTo(at(parent)));
+      link = parent;
+    }
+    // The last one is the height of the first joint.
+    return lengths.slice(0, -1).reduce((sum, length) => sum + length, 0);
+  }
+
   /** Where its tool centre point is drawn, and how it is turned there. */
   toolPose(): { position: Vector3; orientation: Quaternion } {
     this.root.updateWorldMatrix(true, true);

@@ -56,6 +56,8 @@ export class Drag {
     private readonly store: Store,
     private readonly cell: () => Cell | null,
     private readonly changed: () => void,
+    /** A handle of the target has the pointer. */
+    private readonly taken: () => boolean,
   ) {
     const paint = new MeshBasicMaterial({ color: LINE, depthTest: false, transparent: true });
     this.hook = new Mesh(new SphereGeometry(0.008, 12, 8), paint);
@@ -117,7 +119,7 @@ export class Drag {
   }
 
   private down(event: PointerEvent): void {
-    if (this.grabbed !== null) return;
+    if (this.grabbed !== null || this.taken()) return;
     if (event.pointerType === "touch") this.startPress(event);
     else if (event.shiftKey && event.button === 0) {
       // Also beside every body: the camera would pan.

@@ -1,17 +1,16 @@
 // The handle that moves and turns an arm's target. It leads the arm while the
 // task is paused, and goes along with the tool while it is not.
-import { Object3D, OrthographicCamera, Vector3 } from "three";
+import { Object3D, OrthographicCamera, Quaternion, Vector3 } from "three";
 import { TransformControls } from "three/addons/controls/TransformControls.js";
-import type { Pose, Vec3 } from "../../net/protocol";
-import { FLAG, type Snapshot } from "../../net/snapshot";
-import type { Store } from "../../net/store";
+import { poseOf } from "../../hand/aims";
+import type { Frame, Hand } from "../../hand/hand";
+import type { Pose } from "../../net/protocol";
+import type { Snapshot } from "../../net/snapshot";
 import type { Camera } from "../camera";
-import type { Cell } from "../cell";
 import { halfHeight } from "../lens";
 
-const SEND_MS = 50;
-/** The monitor needs a moment to tell the target that was just sent. */
-const ECHO_MS = 500;
+/** Share of a drag with Shift. */
+const FINE = 0.1;
 const LIVE_SIZE = 0.85;
 const IDLE_SIZE = 0.4;
 /** Of an arrow's length in the units of the handle: where it is easy to hit. */
@@ -21,14 +20,15 @@ const GRIP = 0.4;
 const NEAR_PX = 24;
 
 /** What a drag of the handle `axis` does. */
-function leads(axis: string, mode: string): string {
+function leads(axis: string, mode: string, frame: Frame): string {
   const names = axis.replace(/E$/, "").toLowerCase();
   if (mode === "rotate") {
-    if (names.length === 1) return `Drag turns the tool about its ${names} axis; T: move it`;
-    return `Drag turns the tool ${axis === "E" ? "about the line of sight" : "freely"}; T: move it`;
+    if (names.length === 1) return `Drag turns the tool about ${names} of the ${frame}; Shift: fine; T: move it`;
+    return `Drag turns the tool ${axis === "E" ? "about the line of sight" : "freely"}; Shift: fine; T: move it`;
   }
-  const direction = { 1: `along ${names}`, 2: `in the plane ${names}` }[names.length] ?? "in the plane of the picture";
-  return `Drag leads the tool ${direction}; E: turn it`;
+  const of = `of the ${frame}`;
+  const direction = { 1: `along ${names} ${of}`, 2: `in the plane ${names} ${of}` }[names.length] ?? "in the plane of the picture";
+  return `Drag leads the tool ${direction}; Shift: fine; E: turn it`;
 }
 
 const AXES: Record<string, Vector3 | undefined> = {
@@ -36,6 +36,13 @@ const AXES: Record<string, Vector3 | undefined> = {
   y: new Vector3(0, 1, 0),
   z: new Vector3(0, 0, 1),
 };
+
+/** Shift makes the rest of a drag fine: what was dragged before stays. */
+interface Anchor {
+  fine: boolean;
+  raw: { at: Vector3; turn: Quaternion };
+  kept: { at: Vector3; turn: Quaternion };
+}
 
 export class Gizmo {
   readonly root: Object3D;
@@ -45,24 +52,27 @@ export class Gizmo {
   live = false;
   private readonly goal = new Object3D();
   private readonly controls: TransformControls;
-  private sentAt = -Infinity;
-  private timer = 0;
-  /** The target as it was when the task was paused; the arm need not be near it. */
-  private old: string | null = null;
+  private shift = false;
+  private anchor: Anchor | null = null;
 
   constructor(
     canvas: HTMLElement,
     private readonly camera: Camera,
-    private readonly store: Store,
-    private readonly changed: () => void,
+    private readonly hand: Hand,
+    changed: () => void,
   ) {
     this.controls = new TransformControls(camera.lens, canvas);
     this.controls.attach(this.goal);
     this.controls.addEventListener("change", changed);
-    this.controls.addEventListener("objectChange", () => this.send());
+    this.controls.addEventListener("objectChange", () => this.moved());
     this.controls.addEventListener("dragging-changed", ({ value }) => {
       camera.orbit.enabled = value !== true;
+      this.anchor = null;
+      if (value === true) this.hand.begin();
     });
+    for (const kind of ["pointermove", "pointerdown"] as const) {
+      canvas.addEventListener(kind, ({ shiftKey }) => (this.shift = shiftKey), { capture: true });
+    }
     this.root = new Object3D();
     this.root.add(this.goal, this.controls.getHelper());
     this.root.visible = false;
@@ -72,29 +82,31 @@ export class Gizmo {
     return this.controls.dragging;
   }
 
+  /** Whether a press would take a handle. */
+  get pointed(): boolean {
+    return this.live && this.root.visible && this.controls.axis !== null;
+  }
+
+  /** Whether its handles turn the tool. */
+  get turns(): boolean {
+    return this.controls.mode === "rotate";
+  }
+
   mode(mode: "translate" | "rotate"): void {
     this.controls.setMode(mode);
-    // The tool turns about its own axes, and moves along the room's.
-    this.controls.setSpace(mode === "rotate" ? "local" : "world");
   }
 
   /** `shown`: also while it cannot lead. */
-  update(cell: Cell, snapshot: Snapshot, shown: boolean): void {
-    const state = snapshot.arms[this.arm];
-    const past = (snapshot.flags & FLAG.notLive) !== 0;
-    const paused = (snapshot.flags & FLAG.taskPaused) !== 0 || cell.scene.task["kind"] === "reach";
-    const viewer = this.store.hello?.role === "viewer";
-    this.live = state !== undefined && paused && !past && !viewer;
+  update(snapshot: Snapshot, shown: boolean): void {
+    const isHere = snapshot.arms[this.arm] !== undefined;
+    this.live = isHere && this.hand.refusal() === null;
     this.present();
     this.controls.camera = this.camera.lens;
-    this.root.visible = state !== undefined && (this.live || shown);
-    if (state === undefined) return;
-    const target = state.targetValid ? JSON.stringify(state.target) : null;
-    if (!this.live) this.old = null;
-    else if (this.old === null) this.old = target ?? "";
-    if (this.dragging || performance.now() - this.sentAt < ECHO_MS) return;
-    const led = this.live && target !== null && target !== this.old;
-    this.put(led ? state.target : state.tcp);
+    this.controls.setSpace(this.hand.frame === "tool" ? "local" : "world");
+    this.root.visible = isHere && (this.live || shown);
+    if (this.dragging) return;
+    const pose = this.hand.pose(this.arm);
+    if (pose !== null) this.put(pose);
   }
 
   /** Where a handle is (`x`, `y`, `z`, or the middle), in the world (m). */
@@ -117,7 +129,7 @@ export class Gizmo {
   hint(x: number, y: number, width: number, height: number): string | null {
     const { axis, mode } = this.controls;
     if (!this.root.visible) return null;
-    if (this.live) return axis === null ? null : leads(axis, mode);
+    if (this.live) return axis === null ? null : leads(axis, mode, this.hand.frame);
     const at = this.handle(null).project(this.camera.lens);
     const away = Math.hypot((0.5 + at.x / 2) * width - x, (0.5 - at.y / 2) * height - y);
     return away > NEAR_PX ? null : "Pause the task to lead the arm by this handle";
@@ -136,22 +148,21 @@ export class Gizmo {
     this.goal.quaternion.set(qx, qy, qz, qw);
   }
 
-  private send(): void {
-    const wait = this.sentAt + SEND_MS - performance.now();
-    clearTimeout(this.timer);
-    if (wait > 0) {
-      this.timer = window.setTimeout(() => this.send(), wait);
-      return;
-    }
-    this.sentAt = performance.now();
-    // A target that was refused is not told again: the handle goes back.
-    this.timer = window.setTimeout(this.changed, ECHO_MS + 1);
-    const { x, y, z, w } = this.goal.quaternion;
-    void this.store.command({
-      do: "target",
-      arm: this.arm,
-      position: this.goal.position.toArray() as Vec3,
-      orientation_wxyz: [w, x, y, z],
-    });
+  private moved(): void {
+    const raw = { at: this.goal.position.clone(), turn: this.goal.quaternion.clone() };
+    const kept = this.anchor === null ? raw : this.scaled(this.anchor, raw);
+    if (this.anchor?.fine !== this.shift) this.anchor = { fine: this.shift, raw, kept };
+    this.goal.position.copy(kept.at);
+    this.goal.quaternion.copy(kept.turn);
+    this.hand.move(this.arm, poseOf(kept.at, kept.turn));
+  }
+
+  private scaled({ fine, raw: from, kept }: Anchor, raw: Anchor["raw"]): Anchor["kept"] {
+    const share = fine ? FINE : 1;
+    const turned = raw.turn.clone().multiply(from.turn.clone().invert());
+    return {
+      at: kept.at.clone().addScaledVector(raw.at.clone().sub(from.at), share),
+      turn: new Quaternion().slerp(turned, share).multiply(kept.turn),
+    };
   }
 }
