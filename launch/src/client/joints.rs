@@ -6,7 +6,7 @@ use ipc_types::{ArmState, MAX_JOINTS, WorldState};
 use supervisor::failure::Failure;
 
 use super::Session;
-use super::approach::{AWAY_TICKS, REST, REST_TICKS, contact_since};
+use super::approach::{AWAY_TICKS, Arrival, REST, REST_TICKS, contact_since};
 use super::follow::Follower;
 use super::hand::{contact_stop, in_parentheses, not_reached, state_of_led_cell};
 use super::operate::{ask_physics, request};
@@ -63,21 +63,23 @@ pub(crate) fn joints(args: &JointsArgs) -> Result<(), Failure> {
         (settled || is_paused).then_some((*state, is_paused))
     })?;
     if is_paused {
-        let time_s = state.header.sim_time_ns as f64 * 1.0e-9;
         say::line(format_args!(
-            "joint target set at {time_s:.3} s; the arm moves when simulated time is resumed"
+            "joint target set at {:.3} s; the arm moves when simulated time is resumed",
+            time_s(&state)
         ));
         return Ok(());
     }
-    let panel = &state.panel;
-    if contact_since(panel, stops).is_some() {
-        let time_s = state.header.sim_time_ns as f64 * 1.0e-9;
-        let (force_n, with) = (panel.contact_force, panel.contact_with);
-        return Err(contact_stop(&session, force_n, with, time_s));
+    if let Some(Arrival::Contact(force_n, with)) = contact_since(&state.panel, stops) {
+        return Err(contact_stop(&session, force_n, with, time_s(&state)));
     }
     report(&state, led.arm, &target, &units, || {
         not_reached(&bus, led.arm)
     })
+}
+
+/// Simulated time of a state (s).
+fn time_s(state: &WorldState) -> f64 {
+    state.header.sim_time_ns as f64 * 1.0e-9
 }
 
 /// The positions of the command line in rad and m.
@@ -101,7 +103,7 @@ fn report(
     units: &[&'static str],
     why: impl FnOnce() -> &'static str,
 ) -> Result<(), Failure> {
-    let time_s = state.header.sim_time_ns as f64 * 1.0e-9;
+    let time_s = time_s(state);
     let measured = state.arms().get(arm as usize).map(|a| a.joint_positions);
     let measured = measured.unwrap_or(*target);
     let (error, unit) = largest_error(&measured, target, units);

@@ -197,7 +197,7 @@ impl Broadcast {
         self.add_event(time_s, "lifecycle", TraceEvent::Restart, text);
     }
 
-    /// Adds what came of an arm that is led by hand to the log.
+    /// Adds the outcome of a request to an arm that is led by hand to the log.
     pub fn add_hand_outcome(&self, time_s: f64, outcome: &Outcome) {
         let event = if outcome.is_good {
             TraceEvent::Hand

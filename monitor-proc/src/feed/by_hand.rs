@@ -1,5 +1,5 @@
-//! What came of an arm that is led by hand: a gripper that closed on something or on nothing, an
-//! object that was torn off, a target that ended at a contact.
+//! Outcomes of requests to an arm that is led by hand: a gripper that closed on an object or on
+//! nothing, an object that was torn off, a target that ended at a contact.
 //!
 //! Derived from the states, so that requests of the page, of the command line and of other
 //! programs are all reported.
@@ -66,7 +66,7 @@ impl ByHand {
         }
     }
 
-    /// What came to an end since the last state.
+    /// The outcomes since the last state.
     pub fn update(&mut self, world: &WorldState) -> Vec<Outcome> {
         let (now, panel) = (Before::of(world), &world.panel);
         let before = self.before.replace(now);

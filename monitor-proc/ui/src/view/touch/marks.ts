@@ -1,5 +1,5 @@
-// What a person who leads an arm has to see at its tool: what is below it, how hard it presses, and
-// what came of the last request.
+// Shown at the tool of an arm that is led by hand: the distance to the body below it, its contact
+// force, and the outcome of the last request.
 import { Group, Vector3 } from "three";
 import type { Hand } from "../../hand/hand";
 import { type Contact, type ContactBody, type Snapshot } from "../../net/snapshot";
