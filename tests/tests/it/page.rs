@@ -127,7 +127,7 @@ fn an_object_is_gripped_by_hand_and_every_outcome_is_said() {
 #[test]
 #[ignore = "slow: .ci/long"]
 fn three_bins_are_stacked_by_hand_with_what_the_page_shows_alone() {
-    // By its seed the second bin opens upward, and is turned over by hand.
+    // By its seed the second bin opens upward: the automation turns that one over.
     browse("hands", &["ur10-bin-stack", "--seed", "0"]);
 }
 
