@@ -35,7 +35,7 @@ pub struct ByHand {
     before: Option<Before>,
     /// A gripper that was told to close: the arm, and the tick.
     closing: Option<(usize, u64)>,
-    /// By arm: what it held last, and since which tick it does not.
+    /// By arm: the object that it held last, and the last tick at which it did.
     held: Vec<(Option<usize>, u64)>,
 }
 
@@ -70,8 +70,7 @@ impl ByHand {
     pub fn update(&mut self, world: &WorldState) -> Vec<Outcome> {
         let (now, panel) = (Before::of(world), &world.panel);
         let before = self.before.replace(now);
-        // Another start of physics, or another scene: earlier requests are not those of a person
-        // who is looking now.
+        // Another start of physics, or another scene: counters of the one before are not compared.
         let same =
             |old: &Before| (old.generation, old.scene_reset) == (now.generation, now.scene_reset);
         let Some(before) = before.filter(same) else {
@@ -130,7 +129,7 @@ impl ByHand {
         let is_late = world.header.tick > since + CLOSED_TICKS;
         let why = if gripper.refusals != refusals {
             match SuctionRefusal::from_code(gripper.refusal).unwrap_or_default() {
-                SuctionRefusal::NotMovable => "what is there cannot be moved",
+                SuctionRefusal::NotMovable => "the object there cannot be moved",
                 SuctionRefusal::TooOblique => "the surface is too oblique for the cup",
                 SuctionRefusal::None | SuctionRefusal::NothingThere => "nothing is there",
             }
@@ -292,7 +291,7 @@ mod tests {
         world
     }
 
-    /// What is reported while `change` is in force from the second state on.
+    /// The outcomes while `change` is in force from the second state on.
     fn reported(cell: &str, change: impl Fn(&mut WorldState)) -> Vec<String> {
         let cell = Cell::load(&cell_model::Data::checkout(), cell, 1, None).unwrap();
         let mut by_hand = ByHand::new(&cell);

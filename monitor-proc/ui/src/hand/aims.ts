@@ -6,7 +6,7 @@ import type { Frame } from "./hand";
 const DOWN = new Vector3(0, 0, -1);
 /** Height of the tool above an object (m). */
 export const ABOVE_M = 0.1;
-/** A side of an object that is steeper than this is no side to turn along. */
+/** The tool is not turned along a side of an object that is steeper than this. */
 const LEVEL = 0.7;
 
 export function rotationOf([, , , w, x, y, z]: Pose): Quaternion {

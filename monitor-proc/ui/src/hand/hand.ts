@@ -37,7 +37,7 @@ export class Hand {
   private timer = 0;
   private sentAt = -Infinity;
   private next: Proposal | null = null;
-  /** The arm touched something: what moves it now has to begin again. */
+  /** The arm touched something: the gesture in progress moves it no further. */
   private stopped = false;
   private readonly listeners = new Set<() => void>();
 
