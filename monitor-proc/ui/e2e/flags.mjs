@@ -6,3 +6,10 @@ export const NOT_LIVE = 16;
 
 export const flag = (bit) => `(r) => (r.store.snapshot.flags & ${bit}) !== 0`;
 export const noFlag = (bit) => `(r) => (r.store.snapshot.flags & ${bit}) === 0`;
+
+/** Starts the job of a cell that was started paused: on a loaded machine the page may be there
+ * only after a short job has ended. */
+export async function starts({ press, until }) {
+  await press("robocell resume");
+  await until("the task works", (r) => r.store.status.task.outcome === "running");
+}

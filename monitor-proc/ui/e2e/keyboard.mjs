@@ -1,5 +1,5 @@
 // A job is watched, paused, looked back at and restarted without a mouse.
-import { NOT_LIVE, PAUSED, flag, noFlag } from "./flags.mjs";
+import { NOT_LIVE, PAUSED, flag, noFlag, starts } from "./flags.mjs";
 
 const MOST_STOPS = 150;
 
@@ -19,9 +19,10 @@ async function tabTo(page, name, key = "Tab") {
   throw new Error(`${MOST_STOPS} times ${key} does not lead to ${name}`);
 }
 
-export async function keyboard({ page, look, until, forgive }) {
+export async function keyboard({ page, look, until, press, forgive }) {
   await page.setViewportSize({ width: 1600, height: 900 });
-  await until("the task works", (r) => r.store.status.task.outcome === "running" && r.store.timeline?.to_s > 3);
+  await starts({ press, until });
+  await until("some seconds are recorded", (r) => r.store.timeline?.to_s > 3);
   await tabTo(page, /^Pause simulated time$/);
   await page.keyboard.press("Enter");
   await until("Enter paused", flag(PAUSED));

@@ -106,10 +106,8 @@ try {
   console.error(`${name}: ${error.message}`);
   if (errors.length > 0) console.error(`console: ${errors.join("\n")}`);
   process.exitCode = 1;
-  if (process.env.PAGE_SHOT !== undefined) {
-    await page.screenshot({ path: process.env.PAGE_SHOT });
-    console.error(JSON.stringify(await page.evaluate("({ status: window.robocell?.store.status, flags: window.robocell?.store.snapshot?.flags })")));
-  }
+  console.error(JSON.stringify(await page.evaluate("({ task: window.robocell?.store.status?.task, flags: window.robocell?.store.snapshot?.flags })")));
+  if (process.env.PAGE_SHOT !== undefined) await page.screenshot({ path: process.env.PAGE_SHOT });
 } finally {
   await browser.close();
 }

@@ -3,7 +3,7 @@ import { existsSync } from "node:fs";
 import { bins, flip, manual, pallet } from "./bins.mjs";
 import { breakpoints, breakspots, code, policy, saved } from "./debug.mjs";
 import { guide, reach, scenes, sharp, views } from "./first.mjs";
-import { NOT_LIVE, PAUSED, TASK_PAUSED, flag, noFlag } from "./flags.mjs";
+import { NOT_LIVE, PAUSED, TASK_PAUSED, flag, noFlag, starts } from "./flags.mjs";
 import { filter, lanes, replaySpeed, speed } from "./time.mjs";
 import { drawing, guards, outline } from "./graph.mjs";
 import { grasp, jog } from "./guiding.mjs";
@@ -143,8 +143,7 @@ async function pullNearer({ page, look, until, same }) {
 
 /** Leads the arm by the target while the task is paused. */
 async function gizmo({ page, look, until, press, near }) {
-  await press("robocell resume");
-  await until("the task works", (r) => r.store.status.task.outcome === "running");
+  await starts({ press, until });
   await press("robocell task pause");
   await until("the task is paused", flag(TASK_PAUSED));
   await until("the arm is at rest", (r) => {
@@ -275,9 +274,9 @@ async function buttons({ page, look, until, press, robocell, same, near, forgive
 }
 
 /** Every process that is killed is told of at once: a toast, a line, a mark, a reason. */
-async function crashes({ page, look, until, same, forgive }) {
+async function crashes({ page, look, until, press, same, forgive }) {
   const lines = (text) => look((r, text) => r.store.log.filter((line) => line.text.includes(text)).length, text);
-  await until("the task works", (r) => r.store.status.task.outcome === "running");
+  await starts({ press, until });
   await until("some seconds are recorded", (r) => r.store.timeline?.to_s > 3);
   const kill = async (name) => {
     const pid = await look((r, n) => r.store.status.processes.find((p) => p.name === n).pid, name);
@@ -374,10 +373,11 @@ async function opensIncident(page, name) {
 }
 
 /** Back to what just happened, and forth to now. */
-async function scrub({ page, look, until, same }) {
+async function scrub({ page, look, until, press, same }) {
   const seen = () =>
     look((r) => ({ time: r.store.snapshot.time, phase: r.store.status.task.phase, letters: r.store.letters[0] }));
-  await until("the task works", (r) => r.store.status.task.outcome === "running" && r.store.letters[0]?.includes("R"));
+  await starts({ press, until });
+  await until("a node is running", (r) => r.store.letters[0]?.includes("R"));
   // A moment within a phase.
   let [then, later] = [await seen(), await seen()];
   while (later.time < then.time + 0.3 || later.phase !== then.phase || later.letters !== then.letters) {

@@ -187,7 +187,7 @@ fn plots_show_the_past_and_what_was_missed_meanwhile() {
 
 #[test]
 fn every_crash_is_told_with_its_reason_and_nothing_told_is_lost() {
-    browse("crashes", &["franka-stack"]);
+    browse("crashes", &["franka-stack", "--paused"]);
 }
 
 #[test]
@@ -199,7 +199,7 @@ fn the_page_fits_every_window() {
 #[test]
 #[ignore = "slow: .ci/long"]
 fn a_job_is_watched_and_steered_without_a_mouse() {
-    browse("keyboard", &["franka-stack"]);
+    browse("keyboard", &["franka-stack", "--paused"]);
 }
 
 #[test]
@@ -269,7 +269,7 @@ fn a_policy_of_code_cannot_be_edited_and_the_page_says_so() {
 #[test]
 #[ignore = "slow: .ci/long"]
 fn the_page_goes_back_to_what_just_happened() {
-    browse("scrub", &["franka-stack"]);
+    browse("scrub", &["franka-stack", "--paused"]);
 }
 
 #[test]
