@@ -37,6 +37,8 @@ pub struct ByHand {
     closing: Option<(usize, u64)>,
     /// By arm: the object that it held last, and the last tick at which it did.
     held: Vec<(Option<usize>, u64)>,
+    /// By arm: whether the last request of a person was to open its gripper.
+    opened: Vec<bool>,
 }
 
 /// Counts of the last state.
@@ -63,6 +65,7 @@ impl ByHand {
             before: None,
             closing: None,
             held: vec![(None, 0); cell.arms.len()],
+            opened: vec![false; cell.arms.len()],
         }
     }
 
@@ -76,12 +79,15 @@ impl ByHand {
         let Some(before) = before.filter(same) else {
             self.closing = None;
             self.held.fill((None, 0));
+            self.opened.fill(false);
+            self.note_opened(world);
             return Vec::new();
         };
         let mut found = Vec::new();
         if panel.gripper_seq != before.gripper_seq {
             let closes = panel.gripper == GripperGoal::Close.code();
             self.closing = closes.then_some((panel.target_arm as usize, world.header.tick));
+            self.note_opened(world);
         }
         for (index, arm) in world.arms().iter().enumerate().take(self.arms.len()) {
             found.extend(self.closed(world, index, &arm.gripper, before.grips[index].0));
@@ -172,7 +178,7 @@ impl ByHand {
             )
         } else if held(gripper).is_none()
             && world.header.tick > since + LOST_TICKS
-            && world.panel.gripper != GripperGoal::Open.code()
+            && !self.opened[index]
         {
             format!(
                 "{} lost {name}: it slipped out of the fingers",
@@ -210,9 +216,17 @@ impl ByHand {
     fn note_held(&mut self, world: &WorldState, index: usize, gripper: &GripperState) {
         if let Some(object) = held(gripper) {
             self.held[index] = (Some(object), world.header.tick);
-        } else if world.panel.task_paused == 0 || world.panel.gripper == GripperGoal::Open.code() {
+        } else if world.panel.task_paused == 0 || self.opened[index] {
             // Opened by the task, or by the person.
             self.held[index].0 = None;
+        }
+    }
+
+    /// Notes the goal of the last request to a gripper.
+    fn note_opened(&mut self, world: &WorldState) {
+        let panel = &world.panel;
+        if let Some(opened) = self.opened.get_mut(panel.target_arm as usize) {
+            *opened = panel.gripper == GripperGoal::Open.code();
         }
     }
 
@@ -360,6 +374,15 @@ mod tests {
             }
         });
         assert_eq!(opened, [""; 0]);
+        let of_the_other_arm = reported("franka-pyramid", |world| {
+            let tick = world.header.tick;
+            world.arm_count = 2;
+            world.arms[1].gripper.held_object = u32::from(tick < 100);
+            if tick >= 90 {
+                (world.panel.gripper_seq, world.panel.gripper) = (1, GripperGoal::Open.code());
+            }
+        });
+        assert_eq!(of_the_other_arm.len(), 1, "{of_the_other_arm:?}");
         let stopped = reported("franka-stack", |world| {
             let panel = &mut world.panel;
             (panel.contact_stops, panel.contact_force) = (1, 34.2);

@@ -102,12 +102,14 @@ fn flags(snapshot: &Snapshot<'_>) -> u32 {
         | (snapshot.flags & (FLAG_NOT_LIVE | FLAG_RECORDING))
 }
 
-/// Whether the controller's target is a position to show: the task's pose, or the operator's
-/// target.
+/// Whether the controller's target is a pose to show: the task's, or the operator's. With a target
+/// of the joints the status has the pose of the tool at the time of the request.
 fn target_is_valid(snapshot: &Snapshot<'_>, arm: usize, status: Option<&ArmStatus>) -> bool {
     let panel = &snapshot.world.panel;
-    let by_operator =
-        panel.task_paused != 0 && panel.target_seq > 0 && panel.target_arm as usize == arm;
+    let by_operator = panel.task_paused != 0
+        && panel.target_seq > 0
+        && panel.target_is_joints == 0
+        && panel.target_arm as usize == arm;
     let goal = snapshot.decision.and_then(|d| d.goals.get(arm));
     let sent = goal.is_some_and(|goal| goal.kind == GoalKind::Pose.code());
     status.is_some_and(|status| status.goal_active == 1) && (by_operator || sent)
@@ -309,6 +311,29 @@ mod tests {
         assert_eq!(float(&frame, object + 52), 0.5, "the twist");
         assert_eq!(word(&frame, of_objects + 4), 2 << 16);
         assert_eq!(float(&frame, of_objects + 28), 9.5, "the force");
+    }
+
+    #[test]
+    fn an_operators_target_of_joints_has_no_pose_to_start_from() {
+        let mut world = WorldState::zeroed();
+        (world.arm_count, world.panel.task_paused) = (1, 1);
+        world.panel.target_seq = 1;
+        let mut status = ArmStatus::zeroed();
+        status.goal_active = 1;
+        let has_pose = |world: &WorldState| {
+            let snapshot = Snapshot {
+                world,
+                status: &[Some(&status)],
+                decision: None,
+                contacts: None,
+                real_time_factor: 1.0,
+                flags: 0,
+            };
+            word(&encode(&snapshot, &[2]), HEADER_BYTES + 4) & 8 != 0
+        };
+        assert!(has_pose(&world));
+        world.panel.target_is_joints = 1;
+        assert!(!has_pose(&world));
     }
 
     #[test]

@@ -1,5 +1,6 @@
-// A person does the robot's job: bins are gripped off the belt and stacked by hand. Only texts and
-// buttons of the page are used: no number from inside of it, no message of its socket.
+// A person does the robot's job: bins are gripped off the belt, one is turned over, and all are
+// stacked by hand. Only texts and buttons of the page are used: no number from inside of it, no
+// message of its socket.
 
 /** The tool is at rest when its place has been the same in so many looks. */
 const LOOKS = 4;
@@ -45,6 +46,11 @@ class Person {
     return numbersOf(await this.card(name, "position"));
   }
 
+  /** How far an object or a fixture is turned about the vertical (degrees). */
+  async yaw(name) {
+    return numbersOf(await this.card(name, "roll, pitch, yaw"))[2];
+  }
+
   async cardButton(label) {
     await this.page.getByRole("region", { name: "Selected" }).getByRole("button", { name: label, exact: true }).click();
   }
@@ -73,6 +79,14 @@ class Person {
       if (value !== undefined) await this.page.getByLabel(name, { exact: true }).fill(value.toFixed(4));
     }
     await this.page.locator(".target-form").getByRole("button", { name: "Go", exact: true }).click();
+    return this.rest();
+  }
+
+  /** Leads the joints of the arm by their sliders (degrees). */
+  async joints(wanted) {
+    await this.tab("Robot");
+    const sliders = this.page.locator(".joint-slider input");
+    for (const [index, angle] of wanted.entries()) await sliders.nth(index).fill(String(angle));
     return this.rest();
   }
 
@@ -157,10 +171,11 @@ async function arrives(person, name) {
   return (await person.bins("opens up")).includes(name);
 }
 
-/** The next bin that has come to the end of the belt; the automation brings one if none is there. */
-async function nextBin(person) {
+/** The next bin that has come to the end of the belt, and was not stacked by hand; the automation brings one if none is there. */
+async function nextBin(person, byHand) {
   const waiting = async () => {
-    for (const name of await person.bins("in the cell")) if ((await person.place(name))[1] < 0.6) return name;
+    const others = (await person.bins("in the cell")).filter((name) => !byHand.includes(name));
+    for (const name of others) if ((await person.place(name))[1] < 0.6) return name;
     return null;
   };
   let name = await waiting();
@@ -172,6 +187,16 @@ async function nextBin(person) {
 
 /** A bin that is let go falls so far (m): on an edge that touches first it would be torn off the cup. */
 const GAP_M = 0.004;
+/** Where the arm holds a bin before the flipping station (degrees), as a person sees it done by the automation. */
+const BEFORE_STATION = [-116, -101, -119, -50, 90];
+/** The same with the cup upwards, and out of the way of a bin that stays behind. */
+const HALF_TURNED = [-118, -104, -121, -48, 0];
+const CUP_UP = [-123, -114.5, -122.7, -32.8, -89];
+const OVER_STATION = [-122, -90, -102, -76, 89];
+/** The rails are open towards the arm: a bin is slid in and the tool out for so much (m). */
+const SLIDE_M = 0.22;
+/** The tool goes down out of a bin by so much (m): more than the bin is high. */
+const DOWN_M = 0.17;
 /** The tool leaves a bin so far upwards (m). */
 const LEAVE_M = 0.3;
 /** Bins of a column. */
@@ -184,7 +209,7 @@ async function turnTo(person, name, wanted) {
   for (const [step, size] of [["10 mm, 10°", 10], ["1 mm, 1°", 1]]) {
     await page.getByRole("button", { name: step, exact: true }).click();
     for (let round = 0; round < 3; round++) {
-      const yaw = numbersOf(await person.card(name, "roll, pitch, yaw"))[2];
+      const yaw = await person.yaw(name);
       // A bin looks the same after half a turn.
       const off = ((((wanted - yaw + 90) % 180) + 180) % 180) - 90;
       const presses = Math.round(Math.abs(off) / size);
@@ -208,13 +233,44 @@ async function centre(person, name, [x, y]) {
 }
 
 /** Lowers what the cup holds by `height` (m) but for a small gap, lets go, and leaves upwards. */
-async function lower(person, height) {
+async function lower(person, height, up_m) {
   const from = await person.field("z");
   await person.go({ z: from - height + 0.03 });
   await person.go({ z: from - height + GAP_M });
   await person.gripper("Open gripper");
   await person.rest();
-  await person.go({ z: (await person.field("z")) + LEAVE_M });
+  if (up_m !== 0) await person.go({ z: (await person.field("z")) + up_m });
+}
+
+/** Turns a bin over by hand: it is put on the rails from below, and gripped again from above. */
+async function turnOver(person, name) {
+  const before = await person.yaw(name);
+  await person.go({ z: 0.12 });
+  const turned = Math.abs(before - (await person.yaw(name))) % 180;
+  if (Math.min(turned, 180 - turned) > 2) throw new Error(`a target that lifts ${name} also turned it by ${turned} degrees`);
+  // Its long side away from the arm's own links: along the belt here.
+  await turnTo(person, name, 90);
+  await person.joints(BEFORE_STATION);
+  await person.joints(HALF_TURNED);
+  await person.joints(CUP_UP);
+  const rails = [await person.place("holder_rail_left"), await person.place("holder_rail_right")];
+  const yaw = await person.yaw("holder_rail_left");
+  const out = [Math.cos((yaw * Math.PI) / 180), Math.sin((yaw * Math.PI) / 180)];
+  const middle = [0, 1].map((axis) => (rails[0][axis] + rails[1][axis]) / 2 - 0.05 * out[axis]);
+  await turnTo(person, name, yaw + 90);
+  await person.go({ z: 0.45 });
+  await centre(person, name, middle.map((at, axis) => at - SLIDE_M * out[axis]));
+  await centre(person, name, middle);
+  // The line below the bin would go between the rails, so its height is taken from the cards.
+  const half = numbersOf(await person.card(name, "shape"))[2] / 2000;
+  const top = rails[0][2] + numbersOf(await person.card("holder_rail_left", "shape"))[2] / 2000;
+  await lower(person, (await person.place(name))[2] - half - top, 0);
+  // Down out of the bin, and back between the rails.
+  await person.go({ z: (await person.field("z")) - DOWN_M });
+  await person.go({ x: (await person.field("x")) - SLIDE_M * out[0], y: (await person.field("y")) - SLIDE_M * out[1] });
+  await person.joints(BEFORE_STATION);
+  await person.joints(OVER_STATION);
+  await person.grip(name);
 }
 
 /** Carries what the cup holds over a place, and sets it down there. */
@@ -224,7 +280,7 @@ async function setDown(person, name, [x, y]) {
   await person.go({ x, y, z: 0.4 });
   await turnTo(person, name, 90);
   await centre(person, name, [x, y]);
-  await lower(person, await person.below());
+  await lower(person, await person.below(), LEAVE_M);
 }
 
 /** How many bins the panel counts. */
@@ -245,21 +301,26 @@ async function columnWithRoom(person, names) {
   return free[0]?.[0] ?? null;
 }
 
-/** Three bins are stacked by hand beside those of the automation, which counts them. */
+/** Three bins are stacked by hand beside those of the automation, which counts them; one of them is turned over. */
 export async function hands(test) {
   const person = new Person(test);
   await firstBin(person);
   const byHand = [];
+  let turned = 0;
   while (byHand.length < 3) {
-    const { name, opensUp } = await nextBin(person);
-    const column = opensUp ? null : await columnWithRoom(person, new Set([...(await person.bins("placed")), ...byHand]));
+    const { name, opensUp } = await nextBin(person, byHand);
+    const isMine = opensUp ? turned === 0 : byHand.length - turned < 2;
+    const column = isMine ? await columnWithRoom(person, new Set([...(await person.bins("placed")), ...byHand])) : null;
     if (column === null) {
-      // One that opens upward has to be turned over: the automation does that.
       const before = await placed(person);
       await automate(person, "the automation has placed another bin", async () => (await placed(person)) > before);
       continue;
     }
     await person.grip(name);
+    if (opensUp) {
+      await turnOver(person, name);
+      turned += 1;
+    }
     await setDown(person, name, column);
     byHand.push(name);
   }
