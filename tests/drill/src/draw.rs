@@ -1,5 +1,6 @@
 //! Draws plans.
 
+use cell_model::cells::script::{ScriptAction, ScriptLine, Trigger};
 use cell_model::random::Random;
 use clap::ValueEnum;
 
@@ -39,6 +40,12 @@ const SCENES: [(&str, &[&str]); 7] = [
 /// Times of a run at which limits are near (ms after something happened): ages of decisions
 /// and commands, starts, hangs, kept states, two seconds without a command.
 const EDGES_MS: [u64; 12] = [0, 17, 28, 49, 51, 99, 101, 499, 501, 999, 1001, 2001];
+
+/// All processes have started by then (ms).
+const STARTED_MS: u64 = 300;
+
+/// Longest time until the launcher has read a line of the script (ms).
+const LAUNCHER_READS_MS: u64 = 30;
 
 /// Longer than the time within which a cell in lockstep has to recover (ms).
 const LOCKSTEP_RECOVERS_MS: u64 = 26_000;
@@ -109,7 +116,41 @@ pub fn plan(seed: u64, level: Level, longest_ms: u64) -> Plan {
     if plan.lockstep && draw.percent(3) {
         plan.horizon_ms += LOCKSTEP_RECOVERS_MS;
     }
+    if !plan.faults.is_empty() && draw.percent(60) {
+        let at_us = if !plan.script.is_empty() && draw.percent(50) {
+            while_a_line_waits(&mut draw, &plan.script)
+        } else {
+            soon_after(&mut draw, &plan.faults)
+        };
+        let process = ipc_types::topic::Process::Physics.name();
+        let effect = None;
+        let kill = Fault::Kill { process, effect };
+        let at_us = at_us.filter(|at_us| *at_us < plan.horizon_ms * 1000);
+        plan.faults
+            .extend(at_us.map(|at_us| Timed { at_us, fault: kill }));
+        plan.faults.sort_by_key(|timed| timed.at_us);
+    }
     plan
+}
+
+/// A time until the second state after a fault is saved (us).
+fn soon_after(draw: &mut Draw, faults: &[Timed]) -> Option<u64> {
+    let before = draw.one(faults)?;
+    Some(before.at_us + 1000 * (before.fault.length_ms() + draw.log(10, 1_000)))
+}
+
+/// A time at which a line of the script waits for the launcher (us).
+fn while_a_line_waits(draw: &mut Draw, script: &[String]) -> Option<u64> {
+    let line: ScriptLine = serde_json::from_str(draw.one(script)?).ok()?;
+    let Trigger::Time { at_s } = line.trigger else {
+        return None;
+    };
+    let waits_ms = match line.action {
+        ScriptAction::Pause { for_s } => crate::plan::ticks(for_s.unwrap_or_default()),
+        _ => LAUNCHER_READS_MS,
+    };
+    let at_ms = STARTED_MS + crate::plan::ticks(at_s) + draw.below(waits_ms);
+    Some(at_ms * 1000 + draw.below(1000))
 }
 
 /// How much shorter a run has to be for its cost.

@@ -1,28 +1,36 @@
-//! Lines of the script have their effect once.
+//! Lines of the script have their effect once, and pauses end.
 
 use std::collections::BTreeMap;
 
 use cell_model::cells::script::{ScriptAction, ScriptLine, Trigger};
 use ipc_types::topic::Process;
+use ipc_types::world::FLAG_PAUSED;
 
-use super::{Check, Moment, Seen, Verdict, fail_if};
+use super::{Check, Moment, Seen, Verdict, fail_if, ms};
 use crate::model::{Model, News, Signal};
-use crate::plan::Plan;
+use crate::plan::{MS, Plan};
 
 /// A line has had its effect this many ticks after its time.
 const DONE_TICKS: u64 = 2_000;
 /// All processes have started by then (s).
 const STARTED_S: f64 = 0.5;
+/// Whatever happens to physics or the launcher during a pause is over after this time (ms).
+const RECOVERED_MS: u64 = 4_000;
 /// Lines of one process that are nearer than this may share one effect (ticks): a process is not
 /// killed while it starts, nor twice.
 const APART_TICKS: u64 = 300;
 
 pub(super) fn all(plan: &Plan, model: &Model) -> Vec<Box<dyn Check>> {
+    let lines = &model.spec.script;
+    let mut all: Vec<Box<dyn Check>> = Vec::new();
+    // A pause of people lasts until they resume.
+    if plan.people.is_empty() {
+        all.extend(Pauses::of(lines).map(|pauses| Box::new(pauses) as Box<dyn Check>));
+    }
     // Every other signal has a fault as its cause.
     if plan.script.is_empty() || !plan.faults.is_empty() {
-        return Vec::new();
+        return all;
     }
-    let lines = &model.spec.script;
     let of = model
         .processes()
         .into_iter()
@@ -30,11 +38,55 @@ pub(super) fn all(plan: &Plan, model: &Model) -> Vec<Box<dyn Check>> {
     let due = of
         .filter_map(|(process, times)| Some((process, times?)))
         .collect();
-    vec![Box::new(Once {
+    all.push(Box::new(Once {
         due,
         killed: BTreeMap::new(),
         tick: 0,
-    })]
+    }));
+    all
+}
+
+/// A pause of the script ends, whatever is restarted meanwhile.
+struct Pauses {
+    /// Virtual time of all pauses of the script, and of recoveries (ns).
+    most_ns: u64,
+    /// Since when the cell is paused.
+    since_ns: Option<u64>,
+}
+
+impl Pauses {
+    fn of(lines: &[ScriptLine]) -> Option<Self> {
+        let for_s = lines.iter().filter_map(|line| match line.action {
+            ScriptAction::Pause { for_s } => for_s,
+            _ => None,
+        });
+        let all_s: f64 = for_s.sum();
+        (all_s > 0.0).then(|| Self {
+            most_ns: (crate::plan::ticks(all_s) + RECOVERED_MS) * MS,
+            since_ns: None,
+        })
+    }
+}
+
+impl Check for Pauses {
+    fn number(&self) -> u32 {
+        22
+    }
+
+    fn see(&mut self, moment: &Moment<'_>) -> Verdict {
+        let Seen::State(state) = moment.seen else {
+            return Ok(());
+        };
+        if !state.has(FLAG_PAUSED) {
+            self.since_ns = None;
+            return Ok(());
+        }
+        let since_ns = *self.since_ns.get_or_insert(moment.now_ns);
+        let paused_ns = moment.now_ns - since_ns;
+        fail_if(paused_ns > self.most_ns, || {
+            format!("a pause of the script lasts for {} ms", ms(paused_ns))
+        })
+    }
 }
 
 /// Ticks at which lines kill `process`; `None` where a line stops it, which may look like a hang.
