@@ -111,6 +111,11 @@ class Person {
     return said;
   }
 
+  /** Simulated seconds by seconds. */
+  async speed(factor) {
+    await this.page.getByLabel("Speed", { exact: true }).selectOption(factor);
+  }
+
   /** Presses the button of the gripper. */
   async gripper(label) {
     await this.tab("Robot");
@@ -147,14 +152,19 @@ class Person {
   }
 }
 
-/** Lets the automation work until `is_time`, and pauses it. */
+/** How fast the automation works: slow enough to be paused in time on a loaded machine. */
+const WATCHED = "0.5";
+
+/** Lets the automation work until `isTime`, and pauses it. */
 async function automate(person, what, isTime) {
+  await person.speed(WATCHED);
   await person.tab("Task");
   const resume = person.page.locator('button:visible[title*="$ robocell task resume"]').first();
   if (await resume.isVisible()) await resume.click();
-  await person.until(what, isTime, 300_000);
+  await person.until(what, isTime, 600_000);
   await person.tab("Task");
   await person.press("robocell task pause");
+  await person.speed("1");
   await person.rest();
 }
 
@@ -290,6 +300,7 @@ async function placed(person) {
 /** Three bins are stacked by hand on that of the automation, which counts them; one of them is turned over. */
 export async function hands(test) {
   const person = new Person(test);
+  await test.page.setViewportSize({ width: 1600, height: 900 });
   await firstBin(person);
   const [first] = await person.bins("placed");
   const column = await person.place(first);

@@ -31,7 +31,7 @@ const VERTEX = `
       rest += getHemisphereLightIrradiance(hemisphereLights[0], normal);
     #endif
     #if NUM_DIR_LIGHTS > 0
-      // The one that casts shadows comes first.
+      // The sun comes first.
       sun = directionalLights[0].color * saturate(dot(normal, directionalLights[0].direction));
     #endif
     #if NUM_DIR_LIGHTS > 1

@@ -159,7 +159,7 @@ export class Stage {
     this.scene.background = HORIZON;
     this.scene.fog = new Fog(HORIZON, 3.5, 13);
     this.fill.position.set(-2, -3, 1.5);
-    this.scene.add(this.sky, this.fill, this.light, this.light.target, this.dome, this.floor);
+    this.scene.add(this.sky, this.light, this.fill, this.light.target, this.dome, this.floor);
     const disc = new CircleGeometry(14, 48);
     this.ground = new Mesh(disc, material({ colour: FLOOR, roughness: 0.95 }));
     this.ground.receiveShadow = true;
@@ -205,6 +205,8 @@ export class Stage {
     // In place of the shadow of the furniture.
     this.shade.visible = shadows === null;
     if (shadows !== null) this.useMap(shadows.map);
+    // A light that casts shadows is drawn with its last map, also where maps are not drawn.
+    this.light.castShadow = shadows !== null;
   }
 
   private useMap(size: number): void {
