@@ -26,7 +26,7 @@ pub(super) struct ContactStop {
     pub(super) with: u32,
     /// Force of the last of them (N).
     pub(super) force_n: f64,
-    /// Mean force on the arm and on what it holds (N, world frame); `None` before the first tick.
+    /// Mean force on the arm and on the held object (N, world frame); `None` before the first tick.
     mean_n: Option<[f64; 3]>,
     /// Force at the first tick (N).
     // An arm that presses already has to get away from there: only more than that ends its target.
@@ -46,7 +46,7 @@ pub(super) struct Place {
     pub(super) joints: [f64; MAX_JOINTS],
 }
 
-/// What presses on an arm and on what it holds.
+/// Contacts of an arm and of the held object.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Pressure {
     /// Sum of the contact forces (N, world frame): fingers that close on an object press against

@@ -14,7 +14,7 @@ use crate::plan::{MS, Plan};
 const DONE_TICKS: u64 = 2_000;
 /// All processes have started by then (s).
 const STARTED_S: f64 = 0.5;
-/// Whatever happens to physics or the launcher during a pause is over after this time (ms).
+/// Restarts of physics and delays of the launcher during a pause take at most so long (ms).
 const RECOVERED_MS: u64 = 4_000;
 /// Lines of one process that are nearer than this may share one effect (ticks): a process is not
 /// killed while it starts, nor twice.
