@@ -9,10 +9,11 @@ export async function guide({ page, look, until, same }) {
     await page.reload();
     await until("the page shows the cell", (r) => r !== undefined && r.settled());
   };
+  await page.setViewportSize({ width: 1600, height: 1000 });
   await card.waitFor();
   const demo = await look((r) => r.store.scene.demo);
   const commands = await card.locator("code").allInnerTexts();
-  same("things to try", commands.length, 3);
+  if (commands.length < 3) throw new Error(`things to try: ${commands}`);
   for (const command of commands) if (!command.startsWith("robocell ")) throw new Error(`not a command: ${command}`);
   // A cell of this run has a name of its own where it is not the usual one.
   await page.context().grantPermissions(["clipboard-read", "clipboard-write"]);
@@ -34,11 +35,25 @@ export async function guide({ page, look, until, same }) {
   await card.waitFor();
   await card.getByRole("button", { name: "Close the guide" }).click();
   await opener.click();
+  /** The cell is framed beside the card, or below it. */
+  const uncovered = async (isBeside) => {
+    const { x, y, width, height } = await card.boundingBox();
+    const arm = await look((r) => r.store.scene.arms[0].name);
+    for (const name of ["tool", arm]) {
+      const [axis, edge] = isBeside ? [0, x + width] : [1, y + height];
+      await until(`the card does not cover ${name}`, (r, [name, axis, edge]) => r.view.screenOf(name)[axis] > edge, [name, axis, edge]);
+    }
+  };
+  await uncovered(true);
   // One line where there is no room for more.
   await page.setViewportSize({ width: 390, height: 844 });
   await card.waitFor();
   const { height, width } = await card.boundingBox();
   if (height > 40 || width > 390) throw new Error(`the card is ${width} x ${height} px`);
+  await uncovered(false);
+  await card.getByRole("button", { name: "Try" }).click();
+  await card.locator("ol").waitFor();
+  await card.getByRole("button", { name: "Try" }).click();
   await page.setViewportSize({ width: 1280, height: 720 });
   for (const hash of ["#shot", "#quality=0"]) {
     await reload(hash);

@@ -16,6 +16,8 @@ export interface ViewApi {
   readonly busy: boolean;
   /** A camera preset, 1 to 5. */
   camera(preset: number): void;
+  /** The borders of the picture that a panel covers (CSS pixels): the cell is framed in the rest. */
+  cover(covered: { left: number; top: number }): void;
   /** Frames the selection, or the tool where nothing is selected. */
   frameSelection(): void;
   gizmoMode(mode: "translate" | "rotate"): void;

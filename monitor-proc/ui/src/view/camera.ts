@@ -27,6 +27,12 @@ const FIT_ROUNDS = 4;
 /** Of the picture's half width and height. */
 const FIT_MARGIN = 0.95;
 
+/** What panels cover of the picture's borders (CSS pixels). */
+export interface Covered {
+  left: number;
+  top: number;
+}
+
 /** A point's offset across the picture, and towards the eye. */
 interface Side {
   at: number;
@@ -39,7 +45,9 @@ export class Camera {
   readonly orbit: OrbitControls;
   private readonly free = perspective();
   private readonly ortho = orthographic();
-  private aspect = 1;
+  /** Width and height of the picture (CSS pixels). */
+  private size: [number, number] = [1, 1];
+  private covered: Covered = { left: 0, top: 0 };
   /** What the camera goes along with, as of the last frame. */
   private followed: Vector3 | null = null;
   private following = false;
@@ -122,10 +130,20 @@ export class Camera {
   }
 
   private resizeLens(): void {
-    this.free.aspect = this.aspect;
-    this.ortho.left = this.ortho.bottom * this.aspect;
-    this.ortho.right = this.ortho.top * this.aspect;
-    this.lens.updateProjectionMatrix();
+    const [width, height] = this.size;
+    const { left, top } = this.covered;
+    this.free.aspect = width / height;
+    this.ortho.left = (this.ortho.bottom * width) / height;
+    this.ortho.right = (this.ortho.top * width) / height;
+    // What is looked at is in the middle of what is not covered.
+    this.lens.setViewOffset(width, height, -left / 2, -top / 2, width, height);
+  }
+
+  /** Width and height of what is not covered, by the height of the picture. */
+  private get clear(): [number, number] {
+    const [width, height] = this.size;
+    const { left, top } = this.covered;
+    return [Math.max(1, width - left) / height, Math.max(1, height - top) / height];
   }
 
   /** Goes along with the tool while preset 5 is on, but not while something is dragged (`busy`): it would leave the pointer. */
@@ -154,7 +172,18 @@ export class Camera {
   }
 
   resize(width: number, height: number): void {
-    this.aspect = width / height;
+    this.size = [width, height];
+    this.reframe();
+  }
+
+  /** Frames the cell beside what covers the picture. */
+  cover(covered: Covered): void {
+    this.covered = covered;
+    this.reframe();
+    this.changed();
+  }
+
+  private reframe(): void {
     this.resizeLens();
     if (getHash("cam") === null && !this.following) this.restore();
   }
@@ -165,12 +194,13 @@ export class Camera {
     const right = new Vector3(0, 0, 1).cross(back).normalize();
     const up = back.clone().cross(right);
     const tan = halfHeight(1);
+    const [across, upright] = this.clear;
     const target = new Box3().setFromPoints(this.points).getCenter(new Vector3());
     let away = 1;
     for (let round = 0; round < FIT_ROUNDS; round++) {
       const corners = this.points.map((point) => point.clone().sub(target));
       const [wide, tall] = [right, up].map((axis, index) => {
-        const reach = tan * (index === 0 ? this.aspect : 1) * FIT_MARGIN;
+        const reach = tan * (index === 0 ? across : upright) * FIT_MARGIN;
         return corners.map((corner) => ({ at: corner.dot(axis) / reach, depth: corner.dot(back) }));
       }) as [Side[], Side[]];
       const needed = (sides: Side[]) => Math.max(...sides.map(({ at, depth }) => Math.abs(at) + depth));
@@ -181,8 +211,8 @@ export class Camera {
         return (Math.max(...seen) + Math.min(...seen)) / 2;
       };
       const step = away * tan * FIT_MARGIN;
-      target.addScaledVector(right, skew(wide) * step * this.aspect);
-      target.addScaledVector(up, skew(tall) * step);
+      target.addScaledVector(right, skew(wide) * step * across);
+      target.addScaledVector(up, skew(tall) * step * upright);
     }
     this.look(target, target.clone().addScaledVector(back, away));
   }
@@ -199,7 +229,8 @@ export class Camera {
     };
     const [wide, tall, depth] = [extent(right), extent(up), extent(back)];
     target.addScaledVector(right, (wide[0] + wide[1]) / 2).addScaledVector(up, (tall[0] + tall[1]) / 2);
-    const half = Math.max((tall[1] - tall[0]) / 2, (wide[1] - wide[0]) / 2 / this.aspect) / FIT_MARGIN;
+    const [across, upright] = this.clear;
+    const half = Math.max((tall[1] - tall[0]) / 2 / upright, (wide[1] - wide[0]) / 2 / across) / FIT_MARGIN;
     this.look(target, target.clone().addScaledVector(back, depth[1] + half / halfHeight(1)));
     this.height(half);
   }

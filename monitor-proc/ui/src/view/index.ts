@@ -9,7 +9,7 @@ import { FLAG, type Snapshot } from "../net/snapshot";
 import type { Store } from "../net/store";
 import { getHash } from "../panels/hash";
 import type { ViewApi } from "../panels/view-api";
-import { Camera } from "./camera";
+import { Camera, type Covered } from "./camera";
 import { Cell } from "./cell";
 import { useCoarse } from "./detail";
 import { Frames } from "./frames";
@@ -102,6 +102,11 @@ export class View implements ViewApi {
     if (this.busy) return;
     this.eye.preset(preset, this.tool());
     this.refresh();
+  }
+
+  /** The borders of the picture that a panel covers (CSS pixels): the cell is framed in the rest. */
+  cover(covered: Covered): void {
+    this.eye.cover(covered);
   }
 
   /** Frames the selection, or the tool where nothing is selected. */

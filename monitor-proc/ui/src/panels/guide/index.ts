@@ -1,5 +1,6 @@
 // The card of the first minute, over the 3D view: what a demo shows and what to try.
-// A card that was closed stays closed in this browser, for this demo.
+// A card that was closed stays closed in this browser, for this demo. The cell is framed
+// beside the card, or below it where the card is one line.
 import type { Scene } from "../../net/protocol";
 import { isPicture } from "../../settled";
 import { recall, remember } from "../browser-memory";
@@ -20,7 +21,9 @@ export function mountGuide(context: PanelContext): void {
   const show = (open: boolean) => {
     card.hidden = !open;
     opener.hidden = open;
+    coverView(context, place, card);
   };
+  new ResizeObserver(() => coverView(context, place, card)).observe(place);
   const choose = (open: boolean) => {
     const { scene } = context.store;
     if (scene === null) return;
@@ -49,6 +52,15 @@ export function mountGuide(context: PanelContext): void {
   if (context.store.scene !== null) take(context.store.scene);
 }
 
+/** Tells the view which border of it the card covers. A line that was opened covers what a person let it cover. */
+function coverView(context: PanelContext, place: HTMLElement, card: HTMLElement): void {
+  const { width, bottom, right } = card.getBoundingClientRect();
+  const { left, top, width: room } = place.getBoundingClientRect();
+  const isLine = width > room / 2;
+  if (card.classList.contains("open") && isLine) return;
+  context.view?.cover({ left: isLine || card.hidden ? 0 : right - left, top: isLine && !card.hidden ? bottom - top : 0 });
+}
+
 /** Whether Escape closes or lets go of something else first. */
 function isTaken(context: PanelContext, event: KeyboardEvent): boolean {
   const target = event.target instanceof Element ? event.target : null;
@@ -61,9 +73,11 @@ function content(context: PanelContext, scene: Scene, dismiss: () => void): Node
   const { title, see, tries } = guideOf(scene);
   const close = el("button", { type: "button", class: "button icon-only quiet", "aria-label": "Close the guide", title: "Close (Esc)" }, icon("close"));
   close.addEventListener("click", dismiss);
+  const more = el("button", { type: "button", class: "button small try", "aria-expanded": "false", title: "Show what to try" }, "Try");
+  more.addEventListener("click", () => more.setAttribute("aria-expanded", `${more.closest(".guide-card")?.classList.toggle("open") === true}`));
   const items = tries.map(({ what, command }) => el("li", {}, what, copyable(context, command)));
   return [
-    el("header", {}, el("h2", {}, title), el("span", { class: "line dim", title: see }, see), close),
+    el("header", {}, el("h2", {}, title), el("span", { class: "line dim", title: see }, see), more, close),
     el("div", { class: "more" }, el("p", {}, see), el("h3", {}, "Try"), el("ol", {}, ...items)),
   ];
 }

@@ -14,21 +14,26 @@ export interface Guide {
   tries: Try[];
 }
 
+const BY_HAND: Try = {
+  what: "Be the task: pause it and click a bin on the belt. Above, Approach and Close are in the panel of the bin; the arrows at the tool lead the arm.",
+  command: "robocell task pause",
+};
+
 const GUIDES: Record<string, Guide> = {
   "franka-stack": {
     title: "One arm stacks four cubes",
     see: "A Franka grips each cube by friction and puts it on the stack. The task checks the cubes 100 times a second and recovers from your disturbances.",
     tries: [
-      { what: "Pull the blue cube away: Shift+drag. The task fetches it again.", command: "robocell drag blue_cube --to 0.5 -0.2 0.025" },
+      { what: "Pull the blue cube away: Shift+drag, with Ctrl up and down. The task fetches it again.", command: "robocell drag blue_cube --to 0.5 -0.2 0.025" },
       { what: "Restart the task while a cube is in the hand: the arm holds it, and the task resumes.", command: "robocell restart task" },
-      { what: "Pause the task and lead the arm by the arrows at its tool.", command: "robocell task pause" },
+      { what: "Be the task: pause it and click a cube. Above, Approach and Close are in its panel; the arrows at the tool lead the arm.", command: "robocell task pause" },
     ],
   },
   "franka-pyramid": {
     title: "Two arms share one pyramid",
     see: "Two Frankas take a pyramid of six cubes apart and build two stacks of three. Only one arm at a time may enter the centre; the panel Pyramid shows which.",
     tries: [
-      { what: "Pull a cube away from an arm: Shift+drag. Its tree recovers.", command: "robocell drag cube_1 --to 0.3 0 0.025" },
+      { what: "Pull a cube away from an arm: Shift+drag, with Ctrl up and down. Its tree recovers.", command: "robocell drag cube_1 --to 0.3 0 0.025" },
       { what: "Watch both trees while they run.", command: "robocell bt show --live" },
       { what: "Restart one process; both arms hold, and nothing falls.", command: "robocell restart controller" },
     ],
@@ -47,6 +52,7 @@ const GUIDES: Record<string, Guide> = {
     see: "A UR10 takes nine bins off a conveyor with a suction cup. A bin that arrives upside down is turned over on the jig first.",
     tries: [
       { what: "Add another bin.", command: "robocell add-bin" },
+      BY_HAND,
       { what: "Watch the state machine and its transitions.", command: "robocell fsm show --live" },
       { what: "Restart the task while a bin hangs at the cup: it resumes.", command: "robocell restart task" },
     ],
@@ -65,6 +71,7 @@ const GUIDES: Record<string, Guide> = {
     see: "A UR10 stacks bins off a conveyor, all upside down. One that opens upward is turned over in a holder of rails on the way.",
     tries: [
       { what: "Start the task: it waits for its start event.", command: "robocell task start" },
+      BY_HAND,
       { what: "Add another bin, upside down.", command: "robocell add-bin --flipped" },
       { what: "Restart the task while it carries a bin: it resumes.", command: "robocell restart task" },
     ],
@@ -74,7 +81,7 @@ const GUIDES: Record<string, Guide> = {
     see: "A Franka puts a cube on a mark. The job is written as if/else, state machine, tree in code, tree in a file, table and matrix.",
     tries: [
       { what: "Continue the job with another policy.", command: "robocell restart task --policy tree" },
-      { what: "Take the cube off its mark: Shift+drag. The task brings it back.", command: "robocell drag cube --to 0.5 -0.2 0.025" },
+      { what: "Take the cube off its mark: Shift+drag, with Ctrl up and down. The task brings it back.", command: "robocell drag cube --to 0.5 -0.2 0.025" },
       { what: "Keep the last minute as a file.", command: "robocell record last 60s" },
     ],
   },
@@ -88,7 +95,7 @@ export function guideOf({ demo, description, objects }: Scene): Guide {
   const pull: Try =
     first === undefined
       ? { what: "Pause the task and lead the arm by the arrows at its tool.", command: "robocell task pause" }
-      : { what: "Pull an object: Shift+drag.", command: `robocell drag ${quoted(first.name)} --to 0.5 0 0.1` };
+      : { what: "Pull an object: Shift+drag, with Ctrl up and down.", command: `robocell drag ${quoted(first.name)} --to 0.5 0 0.1` };
   return {
     title: demo,
     see: description,
