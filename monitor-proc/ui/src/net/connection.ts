@@ -5,6 +5,7 @@ import type { Store } from "./store";
 const FIRST_RETRY_MS = 250;
 const LAST_RETRY_MS = 4000;
 const PATIENCE_MS = 5000;
+const UNAUTHORIZED = 401;
 
 /** Connects `store` to the monitor, and keeps it connected. */
 export function connect(store: Store, url: string): void {
@@ -31,12 +32,25 @@ export function connect(store: Store, url: string): void {
     });
   };
 
+  /** A websocket does not say why it was refused: a page of another run would ask for ever. */
+  const again = async () => {
+    let answer: Response | null = null;
+    while (answer === null) {
+      await new Promise((waited) => setTimeout(waited, retry));
+      retry = Math.min(2 * retry, LAST_RETRY_MS);
+      answer = await fetch("/", { method: "HEAD", cache: "no-store" }).catch(() => null);
+    }
+    store.refused = answer.status === UNAUTHORIZED;
+    if (!store.refused) open();
+  };
+
   const open = () => {
     const next = new WebSocket(url);
     next.binaryType = "arraybuffer";
     next.onopen = () => {
       retry = FIRST_RETRY_MS;
       store.connected = true;
+      [store.refused, store.ended] = [false, false];
       store.emit("connection", true);
     };
     next.onmessage = ({ data }: MessageEvent<ArrayBuffer | string>) => {
@@ -52,8 +66,7 @@ export function connect(store: Store, url: string): void {
       for (const id of [...waiting.keys()]) settle(refused(id, "the connection was lost"));
       if (store.connected) store.emit("connection", false);
       store.connected = false;
-      setTimeout(open, retry);
-      retry = Math.min(2 * retry, LAST_RETRY_MS);
+      void again();
     };
     socket = next;
   };

@@ -20,11 +20,9 @@ const KEPT_LINES = 2000;
 /** Messages with the statuses of the task's pictures. */
 const TRACE_MESSAGES = new Set(["graphs", "statuses", "edge", "keys", "guards"]);
 
+const ENDED = "end";
 /** Why a connection ends in normal operation. */
-const GONE: Record<string, string> = {
-  restart: "the monitor restarts; the page connects again",
-  end: "the cell has ended",
-};
+const NORMAL = new Set([ENDED, "restart"]);
 
 /** What can change. */
 export interface Events {
@@ -59,6 +57,10 @@ function withSpans(known: Span[], spans: Span[]): Span[] {
 
 export class Store {
   connected = false;
+  /** The monitor refuses the page: its link belongs to another run. */
+  refused = false;
+  /** The monitor said that the cell has ended. */
+  ended = false;
   hello: Hello | null = null;
   scene: Scene | null = null;
   snapshot: Snapshot | null = null;
@@ -191,7 +193,9 @@ export class Store {
         this.emit("timeline", message);
         break;
       case "gone":
-        this.emit("notice", { text: GONE[message.what] ?? `the monitor closed the connection: ${message.what}`, bad: !(message.what in GONE) });
+        this.ended = message.what === ENDED;
+        // The bar above the view tells of the end, and of a monitor that does not come back.
+        if (!NORMAL.has(message.what)) this.emit("notice", { text: `the monitor closed the connection: ${message.what}`, bad: true });
         break;
       case "ack":
         break;

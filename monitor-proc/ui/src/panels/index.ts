@@ -14,6 +14,7 @@ import { mountLeft } from "./left/index";
 import { plotsTab } from "./plots/index";
 import { robotTab } from "./robot/index";
 import { mountSplitters } from "./splitters";
+import { mountStatus } from "./status/index";
 import { tabs } from "./tabs";
 import { taskTab } from "./task/index";
 import { mountTimeline } from "./timeline";
@@ -32,6 +33,7 @@ export function mountPanels(store: Store, view: ViewApi | null, hand: Hand, jog:
     if (host !== null) fill(host);
   };
   place("top", (host) => mountTop(context, host, act, steps, help));
+  place("status", (host) => mountStatus(context, host));
   place("left", (host) => mountLeft(context, host));
   place("right", (host) => {
     const all = tabs([

@@ -29,8 +29,10 @@ export function mountGuide(context: PanelContext): void {
     if (scene === null) return;
     remember(keyOf(scene), open ? null : CLOSED);
     show(open);
-    // The keyboard stays where the card was, or is.
-    if (place.contains(document.activeElement) || document.activeElement === document.body) (open ? card : opener).focus({ preventScroll: true });
+    if (!place.contains(document.activeElement) && document.activeElement !== document.body) return;
+    // Not to the button that opens it: Space would press that, and pause nothing.
+    if (open) card.focus({ preventScroll: true });
+    else document.querySelector<HTMLElement>("#view canvas")?.focus({ preventScroll: true });
   };
   opener.addEventListener("click", () => choose(true));
   addEventListener("keydown", (event) => {

@@ -13,8 +13,9 @@ export function taskButtons(context: PanelContext): HTMLElement {
   const begun = (): string | null => {
     if (paused()) return "the task is paused: resume it";
     if (ended()) return null;
+    if (outcome() === "running") return "the task is running";
     if (waits()) return context.store.status?.task.started === true ? "the start event was given" : null;
-    return outcome() === "running" ? "the task is running" : "this task starts without a start event: press Play";
+    return "this task starts without a start event: press Play";
   };
   const again = async () => {
     const start = waits() ? ([{ do: "task_start" }] as const) : [];

@@ -56,7 +56,7 @@ export function mountTop(context: PanelContext, host: HTMLElement, act: Actions,
 }
 
 /** Why simulated time does not advance. */
-function pausedWhy(context: PanelContext): string {
+export function pausedWhy(context: PanelContext): string {
   if (context.store.hello?.live === false) return "";
   const { status } = context.store;
   const causes = {

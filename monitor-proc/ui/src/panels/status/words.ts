@@ -1,0 +1,106 @@
+// What the cell does now, in one line: the first of these that is true.
+import type { Hello, Status } from "../../net/protocol";
+import { words } from "../format";
+
+/** What the line is told from. */
+export interface Facts {
+  connected: boolean;
+  /** The monitor refused the page: its link belongs to another run. */
+  refused: boolean;
+  hello: Hello | null;
+  /** Clock time of the last message (ms); null while there was none. */
+  heard_ms: number | null;
+  /** Clock time (ms). */
+  now_ms: number;
+  /** The monitor said that the cell has ended. */
+  ended: boolean;
+  task: Status["task"] | null;
+  /** Simulated time that is shown, and the newest one (s). */
+  shown_s: number;
+  newest_s: number;
+  /** Whether a moment of the past is shown. */
+  past: boolean;
+  paused: boolean;
+  pauseCause: string;
+  taskPaused: boolean;
+  /** Whether the task begins with a start event. */
+  startEvent: boolean;
+  /** Names of what is held. */
+  held: string[];
+  incidents: number;
+}
+
+export type Action = "again" | "moment" | "live" | "play" | "resume" | "start";
+
+export interface Line {
+  tone: "ok" | "info" | "warn" | "bad" | "stale";
+  /** One or two words. */
+  state: string;
+  detail: string;
+  /** What starts the cell again. */
+  command: string | null;
+  actions: Action[];
+}
+
+/** A monitor that restarts answers within this time (ms). */
+const RESTART_MS = 5000;
+
+const line = (tone: Line["tone"], state: string, detail: string, ...actions: Action[]): Line => ({ tone, state, detail, command: null, actions });
+
+export function lineOf(facts: Facts): Line {
+  return connection(facts) ?? source(facts) ?? clock(facts) ?? task(facts);
+}
+
+function clockTime(ms: number): string {
+  return new Date(ms).toTimeString().slice(0, 8);
+}
+
+function connection({ connected, refused, hello, heard_ms, now_ms, ended }: Facts): Line | null {
+  if (refused) {
+    return { ...line("bad", "Wrong link", "this page belongs to a run that has ended; the link of the one that runs now is printed by"), command: "robocell status" };
+  }
+  if (connected) return null;
+  if (hello === null || heard_ms === null) return line("info", "Connecting", "no message of the monitor yet");
+  const at = clockTime(heard_ms);
+  if (!ended && now_ms - heard_ms < RESTART_MS) return line("warn", "No answer", `the monitor has not answered since ${at}; the page connects again`);
+  const { demo, policy, seed } = hello.run;
+  const command = hello.live ? `robocell run ${demo} --policy ${policy} --seed ${seed}` : `robocell replay ${hello.source ?? "FILE"}`;
+  const what = hello.live ? "The cell" : "The replay";
+  const detail = ended ? `at ${at}; all that is shown is of that moment. Start it again:` : `no process has answered since ${at}; all that is shown is of that moment. Start it again:`;
+  return { ...line("stale", `${what} has ended`, detail), command };
+}
+
+/** Whether what is shown is not the present of a running cell. */
+function source({ hello, past, shown_s, newest_s, incidents }: Facts): Line | null {
+  if (hello?.live === false) {
+    const count = incidents === 0 ? "" : `, ${incidents} ${incidents === 1 ? "incident" : "incidents"}`;
+    return line("info", "Recording", `${hello.source ?? hello.run.demo}: ${shown_s.toFixed(1)} s of ${newest_s.toFixed(1)} s${count}`);
+  }
+  if (past) return line("warn", "Past", `${shown_s.toFixed(2)} s, ${Math.max(0, newest_s - shown_s).toFixed(1)} s before now`, "live");
+  return null;
+}
+
+function clock({ paused, pauseCause, task }: Facts): Line | null {
+  // The reason of a failure is said also where the clock was paused after it.
+  if (!paused || task?.outcome === "failed" || task?.outcome === "done") return null;
+  return line("warn", "Paused", pauseCause, "play");
+}
+
+function task({ task, taskPaused, startEvent, held }: Facts): Line {
+  if (task === null) return line("info", "Starting", "no decision of the task yet");
+  if (task.outcome === "failed") return line("bad", "Failed", words(task.reason) || "no reason is known", "again", "moment");
+  if (taskPaused) return line("warn", "Task paused", "you lead the arm and the gripper", "resume");
+  if (task.outcome === "done") return line("ok", "Done", placed(task.placed.length), "again");
+  const idle = task.outcome === "idle";
+  if (idle && startEvent && !task.started) return line("info", "Waiting", "for the start event", "start");
+  if (task.wait !== "") return line("warn", "Waiting", task.wait);
+  const phase = words(task.phase);
+  const objects = held.length > 0 ? ` · holds ${held.join(", ")}` : "";
+  if (idle) return line("info", "Idle", phase);
+  return line("ok", "Running", `${phase}${objects}`);
+}
+
+function placed(count: number): string {
+  if (count === 0) return "";
+  return count === 1 ? "1 object placed" : `${count} objects placed`;
+}
