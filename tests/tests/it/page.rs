@@ -405,6 +405,12 @@ fn fetched_meshes_are_loaded_and_drawn() {
 
 #[test]
 #[ignore = "slow: .ci/long"]
+fn the_bar_above_the_view_says_what_the_cell_does_why_it_failed_and_that_it_ended() {
+    browse("status", &["franka-stack", "--paused"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
 fn the_guide_is_closed_for_good_comes_back_on_demand_and_is_in_no_picture() {
     browse("guide", &["franka-stack", "--paused"]);
 }

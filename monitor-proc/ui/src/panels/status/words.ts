@@ -66,7 +66,8 @@ function connection({ connected, refused, hello, heard_ms, now_ms, ended }: Fact
   const { demo, policy, seed } = hello.run;
   const command = hello.live ? `robocell run ${demo} --policy ${policy} --seed ${seed}` : `robocell replay ${hello.source ?? "FILE"}`;
   const what = hello.live ? "The cell" : "The replay";
-  const detail = ended ? `at ${at}; all that is shown is of that moment. Start it again:` : `no process has answered since ${at}; all that is shown is of that moment. Start it again:`;
+  const since = ended ? `at ${at}` : `no process has answered since ${at}`;
+  const detail = `${since}; the page shows that moment. This starts it again:`;
   return { ...line("stale", `${what} has ended`, detail), command };
 }
 

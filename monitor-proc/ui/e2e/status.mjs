@@ -1,0 +1,37 @@
+// The bar above the 3D view and the title of the window: what the cell does, what is wrong, that it ended.
+
+/** The states of a stacking job one after the other, by the text of the bar alone. */
+export async function status({ page, robocell, forgive, look, same }) {
+  const bar = page.locator("#status");
+  const state = (text) => bar.locator(".state", { hasText: new RegExp(`^${text}$`) }).waitFor();
+  const press = (name) => bar.getByRole("button", { name, exact: true }).click();
+  const titled = (text) => page.waitForFunction((text) => document.title.startsWith(text), text);
+  await state("Paused");
+  await press("Play");
+  await state("Running");
+  await titled("Running: ");
+  robocell("task", "pause");
+  await state("Task paused");
+  await press("Resume Task");
+  await state("Running");
+  // Off the table: no arm gets it back.
+  robocell("drag", "yellow_cube", "--to", "1.5", "0", "0.6");
+  await state("Failed");
+  const reason = await bar.locator(".detail").innerText();
+  if (reason.length < 5 || reason.includes("_")) throw new Error(`the reason of the failure: ${reason}`);
+  await press("Look at the moment");
+  await state("Past");
+  const failed_s = await look((r) => r.store.lanes.filter(({ kind, label }) => kind === "task" && label === "failed").at(-1).from_s);
+  const shown_s = await look((r) => r.store.snapshot.time);
+  if (Math.abs(failed_s - shown_s) > 0.05) throw new Error(`failed at ${failed_s} s, shown is ${shown_s} s`);
+  await press("Back to live");
+  await state("Failed");
+  await press("Run again");
+  await state("Running");
+  robocell("down");
+  await state("The cell has ended");
+  await titled("The cell has ended");
+  same("what starts it again", await bar.locator("code").innerText(), await look((r) => `robocell run franka-stack --policy ${r.store.hello.run.policy} --seed ${r.store.hello.run.seed}`));
+  same("the colour of a process that has ended", await look(() => getComputedStyle(document.querySelector(".process .dot")).backgroundColor), "rgb(149, 163, 179)");
+  forgive(/WebSocket connection to|ERR_CONNECTION_REFUSED/);
+}
