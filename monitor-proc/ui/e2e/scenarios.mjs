@@ -246,7 +246,7 @@ async function buttons({ page, look, until, press, robocell, same, near, forgive
   robocell("task", "resume");
   robocell("step", "100");
   await until("the task works again", (r) => r.store.status.task.outcome === "running");
-  const perform = page.getByRole("button", { name: "Perform Task" });
+  const perform = page.locator("#right").getByRole("button", { name: "Perform Task" });
   await page.locator('button[title*="Not now: the task is running"]').first().waitFor();
   same("the button of a running task is off", await perform.getAttribute("aria-disabled"), "true");
   same("it is not the primary one", (await perform.getAttribute("class")).includes("primary"), false);

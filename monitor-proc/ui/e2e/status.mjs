@@ -24,7 +24,7 @@ export async function status({ page, robocell, forgive, look, same }) {
   const failed_s = await look((r) => r.store.lanes.filter(({ kind, label }) => kind === "task" && label === "failed").at(-1).from_s);
   const shown_s = await look((r) => r.store.snapshot.time);
   if (Math.abs(failed_s - shown_s) > 0.05) throw new Error(`failed at ${failed_s} s, shown is ${shown_s} s`);
-  await press("Back to live");
+  await page.getByRole("button", { name: "Back to live" }).click();
   await state("Failed");
   await press("Run again");
   await state("Running");

@@ -95,12 +95,6 @@ function actions(context: PanelContext): Record<Action, ButtonSpec> {
       why: () => (failedAt(context) === null ? "the flight recorder does not hold that moment any more" : null),
       run: () => context.send({ do: "seek", time_s: failedAt(context) }),
     },
-    live: {
-      label: "Back to live",
-      about: () => "Show the present",
-      twin: () => null,
-      run: () => context.send({ do: "seek", time_s: null }),
-    },
     play: { label: "Play", about: () => "Let simulated time advance", twin: () => "robocell resume", why, run: () => context.send({ do: "resume" }) },
     resume: { label: "Resume Task", about: () => "Resume the task", twin: () => "robocell task resume", why, run: () => context.send({ do: "task_resume" }) },
     start: { label: "Perform Task", about: () => "Give the start event", twin: () => "robocell task start", why, run: () => context.send({ do: "task_start" }) },

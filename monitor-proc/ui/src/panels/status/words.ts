@@ -30,7 +30,7 @@ export interface Facts {
   incidents: number;
 }
 
-export type Action = "again" | "moment" | "live" | "play" | "resume" | "start";
+export type Action = "again" | "moment" | "play" | "resume" | "start";
 
 export interface Line {
   tone: "ok" | "info" | "warn" | "bad" | "stale";
@@ -77,7 +77,7 @@ function source({ hello, past, shown_s, newest_s, incidents }: Facts): Line | nu
     const count = incidents === 0 ? "" : `, ${incidents} ${incidents === 1 ? "incident" : "incidents"}`;
     return line("info", "Recording", `${hello.source ?? hello.run.demo}: ${shown_s.toFixed(1)} s of ${newest_s.toFixed(1)} s${count}`);
   }
-  if (past) return line("warn", "Past", `${shown_s.toFixed(2)} s, ${Math.max(0, newest_s - shown_s).toFixed(1)} s before now`, "live");
+  if (past) return line("warn", "Past", `${shown_s.toFixed(2)} s, ${Math.max(0, newest_s - shown_s).toFixed(1)} s before now`);
   return null;
 }
 
