@@ -112,6 +112,12 @@ impl Files {
             .get(if path == "/" { "/index.html" } else { path })
     }
 
+    /// The gzip of the file at `path`, where the build of the page wrote one beside it.
+    pub fn gzip_of(&self, path: &str) -> Option<&Asset> {
+        let path = if path == "/" { "/index.html" } else { path };
+        self.by_path.get(&format!("{path}.gz"))
+    }
+
     /// A message with the number of files of `what` that are not served, if any.
     #[must_use]
     pub fn limit(&self, what: &str) -> Option<String> {

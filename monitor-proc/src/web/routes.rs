@@ -129,7 +129,35 @@ async fn file(
     if uri.path() == "/" && !services.files.has_page() {
         return plain::no_page(&services.hint);
     }
-    found(services.files.get(uri.path()), uri.path())
+    let response = found(services.files.get(uri.path()), uri.path());
+    match services.files.gzip_of(uri.path()) {
+        Some(packed) if accepts_gzip(&headers) => gzipped(response, packed),
+        _ => response,
+    }
+}
+
+/// Whether the client reads gzip: any mention of it but a refusal, `gzip;q=0` (RFC 9110, 12.5.3).
+fn accepts_gzip(headers: &HeaderMap) -> bool {
+    let accepted = headers.get_all(header::ACCEPT_ENCODING).iter();
+    accepted
+        .filter_map(|value| value.to_str().ok())
+        .flat_map(|value| value.split(','))
+        .any(|coding| {
+            let (name, quality) = coding.split_once(';').unwrap_or((coding, ""));
+            let weight = quality.trim().strip_prefix("q=");
+            let is_refused = weight.is_some_and(|weight| weight.parse() == Ok(0.0));
+            name.trim().eq_ignore_ascii_case("gzip") && !is_refused
+        })
+}
+
+/// `plain` with the compressed body, and the type and caching of the plain one.
+fn gzipped(plain: Response, packed: &Asset) -> Response {
+    let (mut parts, _) = plain.into_parts();
+    let encoding = HeaderValue::from_static("gzip");
+    parts.headers.insert(header::CONTENT_ENCODING, encoding);
+    let vary = HeaderValue::from_static("accept-encoding");
+    parts.headers.insert(header::VARY, vary);
+    Response::from_parts(parts, Body::from(packed.body.clone()))
 }
 
 /// Redirects to the page without a token in its address.

@@ -19,6 +19,7 @@ fn built_page() -> (tempfile::TempDir, Files) {
     std::fs::write(dir.path().join("secret.txt"), "secret").unwrap();
     std::fs::write(dir.path().join("dist/index.html"), "the page").unwrap();
     std::fs::write(dir.path().join("dist/assets/main-1.js"), "1").unwrap();
+    std::fs::write(dir.path().join("dist/assets/main-1.js.gz"), "packed").unwrap();
     std::os::unix::fs::symlink(dir.path(), dir.path().join("dist/up")).unwrap();
     std::os::unix::fs::symlink("../secret.txt", dir.path().join("dist/link.txt")).unwrap();
     let files = Files::page(Some(&dir.path().join("dist")), "");
@@ -96,6 +97,30 @@ fn a_token_is_exchanged_for_a_strict_cookie_which_opens_the_page() {
     }
     let script = bench.get("/assets/main-1.js", &bench.cookie(VIEWER));
     assert!(script.contains("content-type: text/javascript") && script.contains("immutable"));
+}
+
+#[test]
+fn a_file_is_sent_compressed_to_who_reads_it() {
+    let (_dir, files) = built_page();
+    let bench = Bench::with(files, true);
+    let get = |path: &str, accepted: &str| {
+        let accept = format!("{}Accept-Encoding: {accepted}\r\n", bench.cookie(VIEWER));
+        bench.get(path, &accept)
+    };
+    for accepted in ["gzip", "br, GZIP;q=0.5", "deflate,gzip;q=1.0"] {
+        let script = get("/assets/main-1.js", accepted);
+        assert!(script.ends_with("\r\n\r\npacked"), "{accepted}: {script}");
+        assert!(script.contains("content-encoding: gzip\r\n"));
+        assert!(script.contains("vary: accept-encoding\r\n"));
+        assert!(script.contains("content-type: text/javascript") && script.contains("immutable"));
+    }
+    for accepted in ["", "br", "gzip;q=0", "gzip;q=0.0"] {
+        let script = get("/assets/main-1.js", accepted);
+        assert!(script.ends_with("\r\n\r\n1"), "{accepted}: {script}");
+        assert!(!script.contains("content-encoding"));
+    }
+    // A file without a gzip beside it.
+    assert!(get("/", "gzip").ends_with("the page"));
 }
 
 #[test]

@@ -2,6 +2,8 @@
 import type { Span } from "../../net/protocol";
 import type { PanelContext } from "../context";
 import { el, setAttr } from "../dom";
+import { words } from "../format";
+import { phaseHue } from "../phase-hue";
 
 /** Narrower spans are not drawn (share of the width). */
 const LEAST_SHARE = 0.0008;
@@ -24,7 +26,7 @@ export function mountLanes(context: PanelContext, window: () => { first: number;
   const { store } = context;
   const cursor = el("i", { class: "lane-cursor" });
   const tracks = el("div", {});
-  const root = el("div", { class: "lanes", title: "Click to look at a moment" }, tracks, cursor);
+  const root = el("div", { class: "lanes", title: "Click to look at a moment" }, el("div", { class: "lane-area" }, tracks, cursor));
   const fold = el("button", { type: "button", class: "button small quiet", title: "Phases, grips and processes over time" }, "Lanes");
   let open = (localStorage.getItem(KEY) ?? (innerHeight >= 800 && innerWidth >= 1100 ? "open" : "folded")) === "open";
   const show = () => {
@@ -92,14 +94,7 @@ function bar({ span, to_s }: Drawn, first: number, last: number): HTMLElement | 
   const node = el("i", { "data-kind": span.kind, "data-tone": span.tone, title: `${span.label}\n${span.from_s.toFixed(2)} s to ${to_s.toFixed(2)} s (${length})` });
   node.style.left = `${(100 * (from - first)) / (last - first)}%`;
   node.style.width = `${Math.max(100 * share, 0.15)}%`;
-  if (span.kind === "phase") node.style.setProperty("--hue", String(hue(span.label)));
-  if (share > LABEL_SHARE) node.textContent = span.label;
+  if (span.kind === "phase") node.style.setProperty("--hue", String(phaseHue(span.label)));
+  if (share > LABEL_SHARE) node.textContent = words(span.label);
   return node;
-}
-
-/** The same label has the same colour everywhere. */
-function hue(label: string): number {
-  let hash = 7;
-  for (const letter of label) hash = (hash * 31 + letter.charCodeAt(0)) % 3600;
-  return hash % 360;
 }

@@ -4,10 +4,9 @@ import type { Store } from "../../../net/store";
 import type { PanelContext } from "../../context";
 import { el, setAttr, setTitle } from "../../dom";
 import { words } from "../../format";
+import { phaseHue } from "../../phase-hue";
 
 const SHOWN_S = 60;
-/** Hues that are told apart, by the order in which states come up. */
-const HUES = [210, 145, 35, 285, 0, 180, 60, 320, 95, 250];
 
 interface Drawn {
   span: Span;
@@ -31,12 +30,6 @@ export interface Strip {
 export function stateStrip(context: PanelContext): Strip {
   const { store } = context;
   const root = el("div", { class: "state-strip", hidden: true });
-  const hues = new Map<string, number>();
-  const hueOf = (label: string) => {
-    const hue = hues.get(label) ?? HUES[hues.size % HUES.length] ?? 0;
-    hues.set(label, hue);
-    return hue;
-  };
   let drawn: Drawn[] = [];
   let known: Span[] | null = null;
   const build = (now: number) => {
@@ -49,7 +42,7 @@ export function stateStrip(context: PanelContext): Strip {
         const recent = ended(store, lane).filter(({ span, to_s }) => span.label !== "" && to_s > now - 2 * SHOWN_S);
         const spans = recent.map(({ span, to_s }) => {
           const node = el("span", { class: "state-span" }, words(span.label));
-          node.style.setProperty("--hue", String(hueOf(span.label)));
+          node.style.setProperty("--hue", String(phaseHue(span.label)));
           drawn.push({ span, to_s, node });
           return node;
         });
