@@ -4,6 +4,7 @@ pub mod access;
 mod connection;
 mod connection_limit;
 mod edit;
+mod file_response;
 pub mod files;
 pub mod page_server;
 mod plain;

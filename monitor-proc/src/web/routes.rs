@@ -18,9 +18,8 @@ use serde::Deserialize;
 
 use super::access::Exchange;
 use super::connection_limit::Idle;
-use super::files::Asset;
 use super::state::{AppState, Search};
-use super::{edit, plain, socket};
+use super::{edit, file_response, plain, socket};
 use crate::timeline::scrub::PastSpan;
 
 /// Largest body of a request (bytes).
@@ -124,40 +123,12 @@ async fn file(
     }
     let services = &state.services;
     if let Some(mesh) = uri.path().strip_prefix("/meshes") {
-        return found(services.meshes.get(mesh), mesh);
+        return file_response::plain(services.meshes.get(mesh), mesh);
     }
     if uri.path() == "/" && !services.files.has_page() {
         return plain::no_page(&services.hint);
     }
-    let response = found(services.files.get(uri.path()), uri.path());
-    match services.files.gzip_of(uri.path()) {
-        Some(packed) if accepts_gzip(&headers) => gzipped(response, packed),
-        _ => response,
-    }
-}
-
-/// Whether the client reads gzip: any mention of it but a refusal, `gzip;q=0` (RFC 9110, 12.5.3).
-fn accepts_gzip(headers: &HeaderMap) -> bool {
-    let accepted = headers.get_all(header::ACCEPT_ENCODING).iter();
-    accepted
-        .filter_map(|value| value.to_str().ok())
-        .flat_map(|value| value.split(','))
-        .any(|coding| {
-            let (name, quality) = coding.split_once(';').unwrap_or((coding, ""));
-            let weight = quality.trim().strip_prefix("q=");
-            let is_refused = weight.is_some_and(|weight| weight.parse() == Ok(0.0));
-            name.trim().eq_ignore_ascii_case("gzip") && !is_refused
-        })
-}
-
-/// `plain` with the compressed body, and the type and caching of the plain one.
-fn gzipped(plain: Response, packed: &Asset) -> Response {
-    let (mut parts, _) = plain.into_parts();
-    let encoding = HeaderValue::from_static("gzip");
-    parts.headers.insert(header::CONTENT_ENCODING, encoding);
-    let vary = HeaderValue::from_static("accept-encoding");
-    parts.headers.insert(header::VARY, vary);
-    Response::from_parts(parts, Body::from(packed.body.clone()))
+    file_response::of(&services.files, uri.path(), &headers)
 }
 
 /// Redirects to the page without a token in its address.
@@ -176,23 +147,6 @@ fn put_cookie(response: &mut Response, cookie: &str) {
         response.headers_mut().insert(header::SET_COOKIE, value);
     }
     plain::no_store(response);
-}
-
-fn found(asset: Option<&Asset>, path: &str) -> Response {
-    let Some(asset) = asset else {
-        return plain::line(StatusCode::NOT_FOUND, "no such file\n");
-    };
-    // Names of built files have a hash of their content.
-    let caching = if path.starts_with("/assets/") {
-        "private, max-age=31536000, immutable"
-    } else {
-        "no-store"
-    };
-    let headers = [
-        (header::CONTENT_TYPE, asset.mime),
-        (header::CACHE_CONTROL, caching),
-    ];
-    (headers, Body::from(asset.body.clone())).into_response()
 }
 
 async fn scene(State(state): Ours, method: Method, headers: HeaderMap) -> Response {

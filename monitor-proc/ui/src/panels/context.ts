@@ -95,7 +95,7 @@ export class PanelContext {
   /** `commands` for the cell that is shown, where it is not the usual one. */
   onCell(commands: string): string {
     const cell = this.store.hello?.run.cell ?? USUAL_CELL;
-    const named = !/^robocell (help|replay)/.test(commands) && cell !== USUAL_CELL;
+    const named = !/^robocell (help|replay|plot)/.test(commands) && cell !== USUAL_CELL;
     return named ? commands.split("; ").map((one) => `${one} --cell ${cell}`).join("; ") : commands;
   }
 

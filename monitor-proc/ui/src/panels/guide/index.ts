@@ -8,7 +8,7 @@ import type { PanelContext } from "../context";
 import { el } from "../dom";
 import { icon } from "../icons";
 import { copyable } from "./copy";
-import { guideOf } from "./texts";
+import { guideOf, REPLAY } from "./texts";
 
 const CLOSED = "closed";
 const keyOf = (scene: Scene) => `robocell-guide-${scene.demo}`;
@@ -40,7 +40,7 @@ export function mountGuide(context: PanelContext): void {
   }, { capture: true });
   let shown: string | null = null;
   const take = (scene: Scene) => {
-    const text = JSON.stringify([scene.demo, scene.description, context.store.hello?.run.cell]);
+    const text = JSON.stringify([scene.demo, scene.description, context.store.hello?.run.cell, context.store.hello?.live]);
     if (text === shown) return;
     shown = text;
     card.replaceChildren(...content(context, scene, () => choose(false)));
@@ -72,7 +72,7 @@ function isTaken(context: PanelContext, event: KeyboardEvent): boolean {
 }
 
 function content(context: PanelContext, scene: Scene, dismiss: () => void): Node[] {
-  const { title, see, tries } = guideOf(scene);
+  const { title, see, tries } = context.store.hello?.live === false ? REPLAY : guideOf(scene);
   const close = el("button", { type: "button", class: "button icon-only quiet", "aria-label": "Close the guide", title: "Close (Esc)" }, icon("close"));
   close.addEventListener("click", dismiss);
   const more = el("button", { type: "button", class: "button small try", "aria-expanded": "false", title: "Show what to try" }, "Try");

@@ -47,6 +47,15 @@ const GUIDES: Record<string, Guide> = {
       { what: "Bring an arm of your own.", command: "robocell run reach --robot my.urdf --xrdf my.xrdf --rmpflow my_rmpflow.yaml" },
     ],
   },
+  "reach-shelf": {
+    title: "An arm plans its way through a shelf",
+    see: "The arm moves from one compartment of the shelf to the other, on a planned path around the boards. A post in the way makes it plan again.",
+    tries: [
+      { what: "Pull the post into the way: Shift+drag. The arm plans another path.", command: "robocell drag post --to 0.45 0 0.25" },
+      { what: "Restart the controller while the arm is between the boards: the arm holds.", command: "robocell restart controller" },
+      { what: "Pause the task and lead the arm by the arrows at its tool.", command: "robocell task pause" },
+    ],
+  },
   "ur10-palletize": {
     title: "Bins off a belt, onto a pallet",
     see: "A UR10 takes nine bins off a conveyor with a suction cup. A bin that arrives upside down is turned over on the jig first.",
@@ -85,6 +94,16 @@ const GUIDES: Record<string, Guide> = {
       { what: "Keep the last minute as a file.", command: "robocell record last 60s" },
     ],
   },
+};
+
+/** A recording: nothing moves but time. */
+export const REPLAY: Guide = {
+  title: "A recording",
+  see: "What you see was recorded; nothing can be moved. Lanes and marks below say what happened when.",
+  tries: [
+    { what: "Drag along the timeline. Shift and drag: a range that is looped.", command: "robocell replay FILE" },
+    { what: "List the incidents, then show one.", command: "robocell incident" },
+  ],
 };
 
 /** The guide of a scene; a cell of one's own is described by its file. */
