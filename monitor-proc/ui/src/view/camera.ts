@@ -135,11 +135,11 @@ export class Camera {
     this.free.aspect = width / height;
     this.ortho.left = (this.ortho.bottom * width) / height;
     this.ortho.right = (this.ortho.top * width) / height;
-    // What is looked at is in the middle of what is not covered.
+    // The orbit's target is in the middle of the uncovered part.
     this.lens.setViewOffset(width, height, -left / 2, -top / 2, width, height);
   }
 
-  /** Width and height of what is not covered, by the height of the picture. */
+  /** Width and height of the uncovered part, as shares of the height of the picture. */
   private get clear(): [number, number] {
     const [width, height] = this.size;
     const { left, top } = this.covered;

@@ -1,4 +1,4 @@
-// The bar above the 3D view: what the cell does, or what is wrong; also in the title of the window.
+// The bar above the 3D view with the state of the cell; also in the title of the window.
 import { FLAG } from "../../net/snapshot";
 import { button, type ButtonSpec } from "../button";
 import type { PanelContext } from "../context";

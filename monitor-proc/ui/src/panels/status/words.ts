@@ -1,4 +1,4 @@
-// What the cell does now, in one line: the first of these that is true.
+// The state of the cell in one line: the first of these that is true.
 import type { Hello, Status } from "../../net/protocol";
 import { words } from "../format";
 
@@ -25,7 +25,7 @@ export interface Facts {
   taskPaused: boolean;
   /** Whether the task begins with a start event. */
   startEvent: boolean;
-  /** Names of what is held. */
+  /** Names of the held objects. */
   held: string[];
   incidents: number;
 }
@@ -71,7 +71,7 @@ function connection({ connected, refused, hello, heard_ms, now_ms, ended }: Fact
   return { ...line("stale", `${what} has ended`, detail), command };
 }
 
-/** Whether what is shown is not the present of a running cell. */
+/** A recording, or a moment of the past. */
 function source({ hello, past, shown_s, newest_s, incidents }: Facts): Line | null {
   if (hello?.live === false) {
     const count = incidents === 0 ? "" : `, ${incidents} ${incidents === 1 ? "incident" : "incidents"}`;
