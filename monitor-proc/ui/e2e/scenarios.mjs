@@ -113,12 +113,14 @@ async function pullNearer({ page, look, until, same }) {
     return (await hint.isVisible()) && (await hint.innerText()).includes(`moves ${name}`);
   };
   let beside = x;
-  while (await isOn(beside)) beside += 2;
+  // On the side where no other cube is near.
+  while (await isOn(beside)) beside -= 2;
   await page.keyboard.down("Shift");
-  await page.mouse.move(beside + 6, y);
+  await page.mouse.move(beside - 6, y);
   await page.mouse.down();
   for (let step = 1; step <= 10; step++) {
-    await page.mouse.move(beside + 6, y + 10 * step);
+    // Not over the edge of the table: a slow page sees the cube late.
+    await page.mouse.move(beside - 6, y + 6 * step);
     await page.waitForTimeout(60);
   }
   await page.locator(".label", { hasText: /^\d+ mm$/ }).waitFor();
