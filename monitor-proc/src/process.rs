@@ -7,11 +7,10 @@
 //! or another process.
 
 use std::fs::File;
-use std::sync::{Arc, mpsc};
-use std::thread::{self, Scope};
+use std::sync::Arc;
+use std::thread;
 
 use cell_bus::{Bus, BusError, Subscriber};
-use cell_model::runs::spec::{PageSpec, RunSpec};
 use cell_rt::{monotonic_ns, signal::stop_requested, sleep_until};
 use cell_worker::{HealthReporter, RunError, Start};
 use ipc_types::topic::{Process, TopicId};
@@ -21,14 +20,13 @@ use serde_json::{Value, json};
 
 use crate::feed::broadcast::Broadcast;
 use crate::feed::publisher::{Publisher, RecorderUpdate};
-use crate::operator::queue::{LiveCommandQueue, serve_control, serve_physics};
-use crate::operator::recordings;
+use crate::operator::live_page::LivePage;
 use crate::recorder::Recorder;
-use crate::timeline::event_file::{self, EventFile};
+use crate::timeline::event_file::PageFiles;
 use crate::timeline::incidents::IncidentWatch;
 use crate::timeline::lanes::LaneSpan;
 use crate::trace::text_log::{RepeatFilter, TextLog};
-use crate::web::page_server::{self, PageError, PageProblem};
+use crate::web::page_server::{self, PageProblem};
 
 /// Longest time between two reads of the taps (ns): their buffers hold thousands of lines, and
 /// no person reads a log faster. Nothing wakes the monitor before: a ring at every decision was
@@ -69,9 +67,7 @@ pub fn run(start: &Start) -> Result<(), ProcessError> {
     // Before the bus is joined: all that can fail is done
     // while no file of the transport exists.
     let log = TextLog::open(&logs)?;
-    let (events, lines) = EventFile::open(&logs, event_file::EVENTS);
-    let (timeline, spans) = EventFile::open(&logs, event_file::LANES);
-    let earlier = EarlierLog { lines, spans };
+    let files = PageFiles::open(&logs);
     let problem = PageProblem::default();
     // Without a scene the page is empty, but log and recording work.
     let scene = page_server::scene(start).unwrap_or_else(|error| {
@@ -80,99 +76,36 @@ pub fn run(start: &Start) -> Result<(), ProcessError> {
     });
     // Before the page: its first request may already be for a recording.
     let recorder = Arc::new(Recorder::start(start, scene.clone()));
+    // Without a page as well: what it would show is recorded.
+    let broadcast = page_server::broadcast(start, scene);
+    // Before the first page connects: each line of the log is sent to it once.
+    files.restore_into(&broadcast, &start.spec);
     // Scoped threads: none of them outlives the run, so the files are closed at the end.
     thread::scope(|scope| {
-        let page = start.spec.page.as_ref();
-        let page = page.and_then(|page| {
+        let page = start.spec.page.as_ref().and_then(|page| {
             // A cell whose page cannot be shown is still a cell.
-            let opened = Page::open(scope, start, page, scene, (&recorder, &problem), &earlier);
+            let opened = LivePage::open(scope, start, page, &broadcast, (&recorder, &problem));
             opened.map_err(|error| problem.set(error.to_string())).ok()
         });
         let bus = start.join(Process::Monitor)?;
-        let mut process = MonitorProcess::new(&bus, start, log, page)?;
-        process.resume(events, timeline, &earlier.lines, &start.spec);
-        process.problem = problem;
-        process.recorder = Some(recorder.clone());
+        let parts = Parts {
+            log,
+            files,
+            broadcast: broadcast.clone(),
+            page,
+            problem: problem.clone(),
+            recorder: recorder.clone(),
+        };
+        let mut process = MonitorProcess::new(&bus, start, parts)?;
         while !stop_requested() {
             process.update();
         }
         // The last lines still have to be written.
         process.drain();
+        process.report_incidents(true);
+        process.record_page();
         Ok(())
     })
-}
-
-/// Log and timeline of an earlier start of the monitor.
-struct EarlierLog {
-    /// The log.
-    lines: Vec<Value>,
-    /// The lanes of the timeline.
-    spans: Vec<Value>,
-}
-
-impl EarlierLog {
-    fn restore_into(&self, broadcast: &Broadcast) {
-        broadcast.restore_log(self.lines.clone());
-        let spans = self.spans.iter().cloned().map(serde_json::from_value);
-        let spans: Vec<LaneSpan> = spans.filter_map(Result::ok).collect();
-        broadcast.change_timeline(|timeline| timeline.restore(spans));
-    }
-}
-
-/// The page's channels on the thread of the bus.
-struct Page {
-    broadcast: Arc<Broadcast>,
-    requests: mpsc::Receiver<String>,
-}
-
-impl Page {
-    /// Starts the threads of the page: they end when it is closed.
-    fn open<'scope>(
-        scope: &'scope Scope<'scope, '_>,
-        start: &'scope Start,
-        page: &'scope PageSpec,
-        scene: Value,
-        (recorder, problem): (&Arc<Recorder>, &PageProblem),
-        earlier: &EarlierLog,
-    ) -> Result<Self, PageError> {
-        let (queue, receivers) = LiveCommandQueue::new();
-        let server = page_server::prepare(start, page, scene, queue, recorder)?;
-        // Before the first page connects: each line of the log is sent to it once.
-        earlier.restore_into(&server.broadcast);
-        // Warnings of the run are in the log already if this is a later start.
-        if earlier.lines.is_empty() {
-            start
-                .spec
-                .warnings
-                .iter()
-                .for_each(|text| server.broadcast.warn(text));
-        }
-        let (physics, control) = (receivers.physics, receivers.control);
-        let (recorder, problem) = (recorder.clone(), problem.clone());
-        let opened = Page {
-            broadcast: server.broadcast.clone(),
-            requests: receivers.log,
-        };
-        let named = |name: &str| thread::Builder::new().name(name.to_owned());
-        // One thread per recipient: a restart takes seconds, and a drag must not wait for it.
-        named("operator").spawn_scoped(scope, move || serve_physics(start, &physics))?;
-        let socket = start.spec.run_dir.join("control.sock");
-        named("errands").spawn_scoped(scope, move || {
-            let record = |order| recordings::record(&recorder, &start.spec, order);
-            serve_control(&socket, &control, record);
-        })?;
-        named("page").spawn_scoped(scope, move || {
-            page_server::serve(server, page.address, &problem);
-        })?;
-        Ok(opened)
-    }
-}
-
-impl Drop for Page {
-    fn drop(&mut self) {
-        // For any reason: the threads must end. A reason set before stays.
-        self.broadcast.close("restart");
-    }
 }
 
 /// State of the recorder for a status message; its span once a second.
@@ -189,6 +122,16 @@ fn update_of(recorder: &Recorder, now_ns: u64, due_ns: &mut u64) -> RecorderUpda
     }
 }
 
+/// What a monitor has before it joins the bus.
+struct Parts {
+    log: TextLog<File>,
+    files: PageFiles,
+    broadcast: Arc<Broadcast>,
+    page: Option<LivePage>,
+    problem: PageProblem,
+    recorder: Arc<Recorder>,
+}
+
 struct MonitorProcess {
     log: TextLog<File>,
     trace: Subscriber<TraceLine>,
@@ -196,58 +139,42 @@ struct MonitorProcess {
     gaps: u64,
     tick: u64,
     ending: bool,
-    publisher: Option<Publisher>,
-    page: Option<Page>,
+    broadcast: Arc<Broadcast>,
+    publisher: Publisher,
+    page: Option<LivePage>,
     problem: PageProblem,
-    recorder: Option<Arc<Recorder>>,
+    recorder: Arc<Recorder>,
     next_timeline_ns: u64,
     incidents: IncidentWatch,
-    events: Option<EventFile>,
-    timeline: Option<EventFile>,
+    /// Spans of the timeline that are to be recorded.
+    spans: Vec<LaneSpan>,
+    files: PageFiles,
     repeats: RepeatFilter,
     health: HealthReporter,
 }
 
 impl MonitorProcess {
-    fn new(
-        bus: &Bus,
-        start: &Start,
-        log: TextLog<File>,
-        page: Option<Page>,
-    ) -> Result<Self, BusError> {
-        let publisher = page
-            .as_ref()
-            .map(|page| Publisher::new(bus, start, page.broadcast.clone()));
+    fn new(bus: &Bus, start: &Start, parts: Parts) -> Result<Self, BusError> {
+        let broadcast = parts.broadcast;
         Ok(Self {
-            log,
+            log: parts.log,
             trace: bus.subscriber(TopicId::Trace)?,
             state: bus.subscriber(TopicId::WorldState)?,
             gaps: 0,
             tick: 0,
             ending: false,
-            publisher: publisher.transpose()?,
-            page,
-            problem: PageProblem::default(),
-            recorder: None,
+            publisher: Publisher::new(bus, start, broadcast.clone())?,
+            broadcast,
+            page: parts.page,
+            problem: parts.problem,
+            recorder: parts.recorder,
             next_timeline_ns: 0,
-            incidents: IncidentWatch::new(&start.spec, 0, 0),
-            events: None,
-            timeline: None,
+            incidents: parts.files.incidents(&start.spec),
+            spans: Vec::new(),
+            files: parts.files,
             repeats: RepeatFilter::default(),
             health: HealthReporter::new(start, bus, Process::Monitor, false, monotonic_ns())?,
         })
-    }
-
-    /// Continues the files of an earlier start; `lines` are those of its log.
-    fn resume(&mut self, events: EventFile, timeline: EventFile, lines: &[Value], spec: &RunSpec) {
-        // Incidents of the log so far are not reported again.
-        let numbers = || lines.iter().filter_map(|line| line["incident"].as_u64());
-        let newest = numbers().max().unwrap_or(0);
-        let of_newest = numbers().filter(|number| *number == newest).count();
-        let number = u32::try_from(newest).unwrap_or(0);
-        self.incidents = IncidentWatch::new(spec, number, of_newest);
-        self.events = Some(events);
-        self.timeline = Some(timeline);
     }
 
     fn update(&mut self) {
@@ -256,34 +183,23 @@ impl MonitorProcess {
         if let Some(state) = self.state.take() {
             self.tick = state.header.tick;
             self.ending = state.has(FLAG_ENDING);
-            if let Some(page) = &self.page {
-                page.broadcast.set_epoch(state.header.generation);
-            }
+            self.broadcast.set_epoch(state.header.generation);
         }
         // The trace before the page's frames: a frame must not show what its log does not know.
         self.drain();
         // Requests after the trace: a person's action follows the line that caused it.
         self.log_requests(start_ns);
-        if let Some(page) = &self.page {
-            for (head, what) in self.incidents.take_new(start_ns) {
-                page.broadcast.add_incident(&head, &what);
-            }
+        if self.incidents.is_due(start_ns) {
+            self.report_incidents(false);
         }
-        if let Some(publisher) = &mut self.publisher {
-            let recorder = self.recorder.as_deref();
-            let due = &mut self.next_timeline_ns;
-            let lines = publisher.update(start_ns, || {
-                recorder.map_or_else(RecorderUpdate::default, |r| update_of(r, start_ns, due))
-            });
-            if let Some(events) = &mut self.events {
-                events.append(&lines);
-            }
-            let spans = publisher.broadcast().publish_timeline();
-            let spans: Vec<Value> = spans.iter().map(|s| json!(s)).collect();
-            if let Some(timeline) = &mut self.timeline {
-                timeline.append(&spans);
-            }
-        }
+        self.record_page();
+        let (recorder, due) = (&self.recorder, &mut self.next_timeline_ns);
+        let update = || update_of(recorder, start_ns, due);
+        let lines = self.publisher.update(start_ns, update);
+        let spans = self.broadcast.publish_timeline();
+        self.files.append(&lines, &spans);
+        let own = spans.into_iter().filter(|span| !span.is_recorded());
+        self.spans.extend(own);
         // A sleeping process has no deadline, so its lateness is 0.
         let now_ns = monotonic_ns();
         self.health.cycle(self.tick, start_ns, 0, [0.0; 4], now_ns);
@@ -291,10 +207,29 @@ impl MonitorProcess {
         self.health.totals(0, counts.rejected, counts.fenced);
         self.note_problem();
         self.health.publish_if_due(self.tick, now_ns);
-        let publisher = self.publisher.as_ref();
-        let idle_ns = publisher.map_or(u64::MAX, |publisher| publisher.idle_ns(now_ns));
+        let idle_ns = self.publisher.idle_ns(now_ns);
         // The page's rate or the longest pause: a cell without a page wakes 20 times a second.
         sleep_until(now_ns + idle_ns.min(LONGEST_NS));
+    }
+
+    /// Shows new failures, and records the incidents that are complete, or `at_end` all.
+    fn report_incidents(&mut self, at_end: bool) {
+        for (head, what) in self.incidents.take_new() {
+            self.broadcast.add_incident(&head, &what);
+        }
+        for incident in self.incidents.take_whole(at_end) {
+            self.recorder.record_page(json!({ "incident": incident }));
+        }
+    }
+
+    /// Records what the page shows beside the messages of the bus.
+    fn record_page(&mut self) {
+        let lines = self.broadcast.take_own_lines();
+        let spans = std::mem::take(&mut self.spans);
+        if lines.len() + spans.len() > 0 {
+            let message = json!({ "lines": lines, "spans": spans });
+            self.recorder.record_page(message);
+        }
     }
 
     fn note_problem(&mut self) {
@@ -319,30 +254,25 @@ impl MonitorProcess {
             if self.repeats.is_new(&text, now_ns) {
                 let text = format!("operator: {text}");
                 self.log.operator(time_s, &text);
-                page.broadcast.add_log_line(time_s, "lifecycle", &text);
+                self.broadcast.add_log_line(time_s, "lifecycle", &text);
             }
         }
     }
 
     fn drain(&mut self) {
-        let log = &mut self.log;
-        let broadcast = self.publisher.as_ref().map(Publisher::broadcast);
+        let (log, broadcast) = (&mut self.log, &self.broadcast);
         self.trace.take_all(|line| {
             log.line(line);
-            if let Some(broadcast) = broadcast {
-                broadcast.take_line(line);
-            }
+            broadcast.take_line(line);
         });
         // Reported as a line of the log: a gap must be visible where it is.
         let gaps = self.trace.counts().late;
         if gaps > self.gaps {
             let missing = gaps - self.gaps;
             self.log.gap(missing);
-            if let Some(broadcast) = broadcast {
-                let text = format!("[monitor] {missing} lines of the task were not read in time");
-                let time_s = self.tick as f64 * TICK_NS as f64 / 1.0e9;
-                broadcast.add_log_line(time_s, "lifecycle", &text);
-            }
+            let text = format!("[monitor] {missing} lines of the task were not read in time");
+            let time_s = self.tick as f64 * TICK_NS as f64 / 1.0e9;
+            broadcast.add_log_line(time_s, "lifecycle", &text);
             self.gaps = gaps;
         }
     }
@@ -351,9 +281,7 @@ impl MonitorProcess {
 impl Drop for MonitorProcess {
     fn drop(&mut self) {
         // An ending cell and a restarting monitor are different messages on the page.
-        if let Some(page) = &self.page {
-            page.broadcast
-                .close(if self.ending { "end" } else { "restart" });
-        }
+        self.broadcast
+            .close(if self.ending { "end" } else { "restart" });
     }
 }

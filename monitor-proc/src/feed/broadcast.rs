@@ -18,6 +18,7 @@ use serde_json::{Value, json};
 use tokio::sync::{broadcast, watch};
 
 use crate::feed::by_hand::Outcome;
+use crate::feed::hello::Hello;
 use crate::page::role::Role;
 use crate::timeline::lanes::{LaneSpan, Timeline};
 use crate::trace::TraceModel;
@@ -26,49 +27,6 @@ use crate::trace::history::TraceHistory;
 /// Messages that a slow reader can be behind; then everything is sent again.
 // Bounds memory: a page that is further behind gets the whole state instead.
 const WAITING_MESSAGES: usize = 512;
-
-/// The run as the page names it.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct RunInfo {
-    /// 16 hexadecimal digits.
-    pub id: String,
-    /// Name of the cell.
-    pub cell: String,
-    /// Name of the demo.
-    pub demo: String,
-    /// Name of the policy.
-    pub policy: String,
-    /// Seed of the run.
-    pub seed: u64,
-    /// `1`, `max`, or a factor.
-    pub speed: String,
-}
-
-/// A demo that can be loaded.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct DemoInfo {
-    /// Its name.
-    pub name: String,
-    /// One line for people.
-    pub description: String,
-    /// Policies that can run it.
-    pub policies: Vec<String>,
-    /// The policy used if none is given.
-    pub default_policy: String,
-}
-
-/// First message to a client, without its role.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Hello {
-    /// False for a replayed file.
-    pub live: bool,
-    /// The run.
-    pub run: RunInfo,
-    /// Demos that can be loaded.
-    pub demos: Vec<DemoInfo>,
-    /// Name of the replayed file.
-    pub source: Option<String>,
-}
 
 /// Simulated time that the recorder holds: the message `timeline`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -88,6 +46,7 @@ struct LastState {
     trace: TraceModel,
     trace_history: TraceHistory,
     timeline: Timeline,
+    marks: Option<Utf8Bytes>,
     status: Option<Utf8Bytes>,
     recorded_span: Option<Utf8Bytes>,
     world: Option<Box<WorldState>>,
@@ -122,6 +81,7 @@ impl Broadcast {
             trace: TraceModel::default(),
             trace_history: TraceHistory::default(),
             timeline: Timeline::default(),
+            marks: None,
             status: None,
             recorded_span: None,
             world: None,
@@ -197,6 +157,12 @@ impl Broadcast {
         self.add_event(time_s, "lifecycle", TraceEvent::Restart, text);
     }
 
+    /// Adds lines that a monitor added when what is shown was recorded.
+    pub fn add_recorded(&self, lines: impl IntoIterator<Item = Value>) {
+        let trace = &mut self.lock().trace;
+        lines.into_iter().for_each(|line| trace.add_recorded(line));
+    }
+
     /// Adds the outcome of a request to an arm that is led by hand to the log.
     pub fn add_hand_outcome(&self, time_s: f64, outcome: &Outcome) {
         let event = if outcome.is_good {
@@ -222,7 +188,12 @@ impl Broadcast {
     pub fn add_incident(&self, head: &Head, what: &str) {
         let mut last = self.lock();
         last.trace.add_incident(head, what);
-        last.timeline.explain(what);
+        last.timeline.explain(head.sim_time_s, what);
+    }
+
+    /// Lines of the log since the last call that are not of the task's trace.
+    pub fn take_own_lines(&self) -> Vec<Value> {
+        self.lock().trace.take_own_lines()
     }
 
     /// Changes the lanes of the timeline; [`Self::publish_timeline`] sends the changes.
@@ -240,13 +211,14 @@ impl Broadcast {
         changes
     }
 
-    /// Shows another timeline.
-    pub fn replace_timeline(&self, timeline: Timeline) {
+    /// Shows another timeline, with `marks`: lines of the log.
+    pub fn replace_timeline(&self, timeline: Timeline, marks: &[Value]) {
         let mut last = self.lock();
         last.timeline = timeline;
         // Sent as a whole below, so they are not changes.
         last.timeline.take_changes();
         self.publish(&last.timeline.message(None));
+        last.marks = Some(self.publish(&json!({ "t": "marks", "lines": marks })));
     }
 
     /// Replaces the task's trace: another time is shown from now on.
@@ -380,6 +352,7 @@ impl LastState {
         ];
         all.extend(self.trace.full_state().iter().map(text));
         all.push(text(&self.timeline.message(None)));
+        all.extend(self.marks.clone());
         all.extend(self.status.clone());
         all.extend(self.recorded_span.clone());
         all

@@ -3,6 +3,7 @@
 mod breakpoints;
 pub mod broadcast;
 pub mod by_hand;
+pub mod hello;
 pub mod missed_cycles;
 pub mod publisher;
 pub mod real_time_factor;

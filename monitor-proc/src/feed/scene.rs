@@ -7,7 +7,7 @@ use cell_model::{ArmSpec, Cell, Data, JointSpec, ModelError, Robot, Shape};
 use nalgebra::Isometry3;
 use serde_json::{Value, json};
 
-use crate::feed::broadcast::DemoInfo;
+use crate::feed::hello::DemoInfo;
 
 /// Errors of a scene.
 #[derive(Debug, thiserror::Error)]

@@ -92,6 +92,7 @@ fn lock<T>(value: &Mutex<T>) -> MutexGuard<'_, T> {
 pub struct Recorder {
     shared: Arc<Shared>,
     client: Option<RecorderClient>,
+    page: mpsc::Sender<Value>,
     threads: Vec<JoinHandle<()>>,
     socket: PathBuf,
 }
@@ -110,6 +111,7 @@ impl Recorder {
     pub fn start(start: &Start, scene: Value) -> Self {
         let shared = Arc::new(Shared::default());
         let (requests, received) = mpsc::channel();
+        let (page, page_messages) = mpsc::channel();
         let client = RecorderClient {
             requests,
             shared: shared.clone(),
@@ -122,10 +124,12 @@ impl Recorder {
             scene,
             shared: shared.clone(),
             requests: received,
+            page: page_messages,
         };
         let mut recorder = Self {
             shared,
             client: Some(client.clone()),
+            page,
             threads: Vec::new(),
             socket: socket.clone(),
         };
@@ -133,6 +137,12 @@ impl Recorder {
         recorder.spawn("recorder", move || thread::run(&job));
         recorder.spawn("record-socket", move || socket::serve(&socket, &client));
         recorder
+    }
+
+    /// Records a message of the channel `page` (docs/recording.md).
+    pub fn record_page(&self, message: Value) {
+        // Without its thread nothing is recorded, which the status reports.
+        let _taken = self.page.send(message).is_ok();
     }
 
     /// Its status.

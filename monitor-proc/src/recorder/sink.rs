@@ -103,6 +103,23 @@ impl Sink {
         }
     }
 
+    /// Writes a message of the channel `page`, at the time of the newest state: the recorder may
+    /// read the bus later than the monitor.
+    pub(super) fn put_page(&mut self, bytes: &[u8]) {
+        let has_state = self.state_ns != u64::MAX;
+        self.put(&Message {
+            channel: Channel::Page,
+            time_ns: if has_state {
+                self.state_ns
+            } else {
+                self.begin_ns
+            },
+            publish_ns: self.now_ns,
+            seq: 0,
+            bytes,
+        });
+    }
+
     /// Starts an epoch: simulated time was set back to that of `message`.
     fn begin_epoch(&mut self, message: &Message<'_>) {
         let epoch = u32::try_from(message.seq).unwrap_or(u32::MAX);

@@ -42,6 +42,7 @@ pub(super) struct Job {
     pub(super) scene: Value,
     pub(super) shared: Arc<Shared>,
     pub(super) requests: Receiver<QueuedRequest>,
+    pub(super) page: Receiver<Value>,
 }
 
 /// Records until no request can arrive any more.
@@ -68,6 +69,7 @@ pub(super) fn run(job: &Job) {
             break;
         }
     }
+    put_page(job, &mut sink);
     sink.close();
     report.write(RecordReport {
         closed: true,
@@ -91,6 +93,7 @@ fn listen(job: &Job, sink: &mut Sink, report: &mut Report) -> Result<(), BusErro
         let now_ns = monotonic_ns();
         sink.at(now_ns);
         let mut fill = taps.drain(sink, &mut hops, now_ns);
+        put_page(job, sink);
         sink.flush_if_due();
         // Only in lockstep physics waits for it; in real time
         // the message would be for no reader.
@@ -114,6 +117,7 @@ fn listen(job: &Job, sink: &mut Sink, report: &mut Report) -> Result<(), BusErro
                 sink.at(monotonic_ns());
                 // Messages sent before the request belong to the recording.
                 taps.drain(sink, &mut hops, now_ns);
+                put_page(job, sink);
                 execute(sink, &request, &answer);
                 *lock(&job.shared.status) = status(job, sink);
                 report.write(sink.report());
@@ -129,8 +133,16 @@ fn listen(job: &Job, sink: &mut Sink, report: &mut Report) -> Result<(), BusErro
     }
 }
 
+/// Writes what the page was told beside the messages of the bus.
+fn put_page(job: &Job, sink: &mut Sink) {
+    for message in job.page.try_iter() {
+        sink.put_page(message.to_string().as_bytes());
+    }
+}
+
 /// Answers while there is no bus; false when no request can arrive any more.
 fn answer_until(job: &Job, sink: &mut Sink, time: Duration) -> bool {
+    put_page(job, sink);
     match job.requests.recv_timeout(time) {
         Ok((request, answer)) => {
             execute(sink, &request, &answer);

@@ -2,6 +2,8 @@
 
 pub mod args;
 pub mod clock;
+mod page_record;
 pub mod player;
 mod queue;
 pub mod show;
+mod timeline;

@@ -2,12 +2,15 @@
 
 use std::sync::Arc;
 
+use serde_json::Value;
+
 use super::clock::Clock;
+use super::page_record::{PageRecord, line_time_s};
 use crate::feed::broadcast::{Broadcast, RecordedSpan};
 use crate::feed::status::{StatusInput, status};
 use crate::page::command::PlayOrder;
 use crate::timeline::recorded::RecordingSource;
-use crate::trace::{KEPT_LINES, TraceModel};
+use crate::trace::{KEPT_LINES, TraceModel, log_line};
 
 /// Part of the trace before a new time that is sent (s): pictures are in the trace once a
 /// second, values and transitions when they change.
@@ -28,6 +31,7 @@ pub struct Player<F> {
     fingers: Vec<usize>,
     objects: Vec<String>,
     policy: String,
+    record: Arc<PageRecord>,
     /// Time shown on the page (s).
     shown_s: Option<f64>,
     next_status_s: f64,
@@ -37,8 +41,9 @@ pub struct Player<F> {
 impl<F: RecordingSource> Player<F> {
     /// A player at the start of `recording`. `fingers` as in [`crate::feed::scene::fingers`],
     /// `objects` by their place in the cell file, `policy` for a task without its own.
-    pub fn new(
+    pub(super) fn new(
         recording: F,
+        record: Arc<PageRecord>,
         broadcast: Arc<Broadcast>,
         fingers: Vec<usize>,
         objects: Vec<String>,
@@ -52,6 +57,7 @@ impl<F: RecordingSource> Player<F> {
             fingers,
             objects,
             policy,
+            record,
             shown_s: None,
             next_status_s: 0.0,
             in_trouble: false,
@@ -137,13 +143,20 @@ impl<F: RecordingSource> Player<F> {
                 for line in self.recording.trace(shown_s, time_s)? {
                     self.broadcast.take_line(&line);
                 }
+                let lines = self.record.lines_until(time_s);
+                let new = lines.iter().filter(|line| line_time_s(line) > shown_s);
+                self.broadcast.add_recorded(new.cloned());
             }
             _ => {
                 // Log and pictures apart: the log reaches far back,
                 // pictures only need the last seconds.
                 let mut trace = TraceModel::default();
-                for line in self.recording.log_until(time_s, KEPT_LINES)? {
-                    trace.take(&line);
+                let of_task = self.recording.log_until(time_s, KEPT_LINES)?;
+                let mut lines: Vec<Value> = of_task.iter().map(log_line).collect();
+                lines.extend_from_slice(self.record.lines_until(time_s));
+                lines.sort_by(|a, b| line_time_s(a).total_cmp(&line_time_s(b)));
+                for line in lines {
+                    trace.add_recorded(line);
                 }
                 for line in self.recording.trace(time_s - LOOK_BACK_S, time_s)? {
                     trace.take_picture(&line);

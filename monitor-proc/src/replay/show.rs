@@ -14,21 +14,23 @@ use cell_rt::{process, signal};
 use serde_json::Value;
 
 use super::args::{ReplayArgs, ReplayArgsError};
+use super::page_record::PageRecord;
 use super::player::Player;
 use super::queue::ReplayCommandQueue;
-use crate::feed::broadcast::{Broadcast, Hello};
+use super::timeline;
+use crate::feed::broadcast::Broadcast;
+use crate::feed::hello::Hello;
 use crate::feed::scene;
 use crate::page::command::Names;
-use crate::timeline::lanes;
 use crate::timeline::recorded::RecordedPast;
 use crate::timeline::scrub::{OpenPast, PastReader};
+use crate::web::KeptIncidents;
 use crate::web::page_server::{self, PageError, PageProblem, PageServer};
 
 /// Invalid configuration.
 const EXIT_CONFIGURATION: u8 = 3;
 /// Period of the frames: 60 a second.
 const FRAME_NS: u64 = 16_666_667;
-
 /// Reasons why a recording cannot be shown.
 #[derive(Debug, thiserror::Error)]
 pub enum ReplayError {
@@ -71,19 +73,20 @@ fn run(arguments: impl Iterator<Item = String>) -> Result<(), ReplayError> {
         return Ok(());
     }
     let args = ReplayArgs::parse(arguments)?;
-    let recording = Recording::open(&args.file)?;
+    let mut recording = Recording::open(&args.file)?;
+    let record = Arc::new(PageRecord::read(&mut recording)?);
     let (orders, ordered) = mpsc::channel();
-    let server = prepare(&args, &recording, ReplayCommandQueue(orders))?;
+    let server = prepare(&args, &recording, &record, ReplayCommandQueue(orders))?;
     let broadcast = server.broadcast.clone();
     let problem = PageProblem::default();
     let address = args.address;
-    let mut player = player(recording, broadcast.clone());
+    let mut player = player(recording, record.clone(), broadcast.clone());
     thread::scope(|scope| {
         // On its own thread: reading all of a long recording takes seconds.
         let (file, shown) = (&args.file, &broadcast);
         thread::Builder::new()
             .name("lanes".to_owned())
-            .spawn_scoped(scope, move || show_timeline(file, shown))?;
+            .spawn_scoped(scope, move || show_timeline(file, &record, shown))?;
         let for_server = problem.clone();
         let serve = move || page_server::serve(server, address, &for_server);
         thread::Builder::new()
@@ -109,6 +112,7 @@ fn run(arguments: impl Iterator<Item = String>) -> Result<(), ReplayError> {
 fn prepare(
     args: &ReplayArgs,
     recording: &Recording,
+    record: &PageRecord,
     queue: ReplayCommandQueue,
 ) -> Result<PageServer, ReplayError> {
     let name = args
@@ -148,30 +152,33 @@ fn prepare(
         &page,
         shown,
         Arc::new(queue),
-        (None, None, None),
+        (
+            KeptIncidents::Recorded(record.incidents.clone()),
+            None,
+            None,
+        ),
     )?)
 }
 
-/// Reads the lanes of the timeline, while the page shows the start.
-fn show_timeline(file: &Path, broadcast: &Broadcast) {
+/// Reads the timeline, while the page shows the start.
+fn show_timeline(file: &Path, record: &PageRecord, broadcast: &Broadcast) {
     // A recording that cannot be read is reported by the player.
     if let Ok(mut recording) = Recording::open(file) {
-        let arms = scene::arm_names(recording.scene());
-        let objects = scene::object_names(recording.scene());
-        broadcast.replace_timeline(lanes::of_recording(
-            &mut recording,
-            &arms,
-            &objects,
-            signal::stop_requested,
-        ));
+        let lanes = timeline::lanes(&mut recording, record, signal::stop_requested);
+        let marks = timeline::marks(&mut recording, record);
+        broadcast.replace_timeline(lanes, &marks);
     }
 }
 
-fn player(recording: Recording, broadcast: Arc<Broadcast>) -> Player<Recording> {
+fn player(
+    recording: Recording,
+    record: Arc<PageRecord>,
+    broadcast: Arc<Broadcast>,
+) -> Player<Recording> {
     let fingers = scene::fingers_of(recording.scene());
     let objects = scene::object_names(recording.scene());
     let policy = recording.run().policy.clone();
-    Player::new(recording, broadcast, fingers, objects, policy)
+    Player::new(recording, record, broadcast, fingers, objects, policy)
 }
 
 /// Meshes are those of this machine, not of the one that recorded.

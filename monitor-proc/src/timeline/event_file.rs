@@ -5,28 +5,87 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 
-use serde_json::Value;
+use cell_model::runs::spec::RunSpec;
+use serde_json::{Value, json};
 
+use crate::feed::broadcast::Broadcast;
+use crate::timeline::incidents::IncidentWatch;
+use crate::timeline::lanes::LaneSpan;
 use crate::trace::KEPT_LINES;
 
 /// The log of the page.
-pub const EVENTS: &str = "events.jsonl";
+const EVENTS: &str = "events.jsonl";
 /// The lanes of its timeline.
-pub const LANES: &str = "lanes.jsonl";
+const LANES: &str = "lanes.jsonl";
 /// Size at which a file is cut to the lines that are shown (bytes).
 // The run directory is in memory.
 const LIMIT_BYTES: u64 = 1 << 20;
 
+/// The files of a run, and what an earlier start of the monitor wrote there.
+pub(crate) struct PageFiles {
+    events: EventFile,
+    lanes: EventFile,
+    /// The log.
+    lines: Vec<Value>,
+    /// The spans of the lanes.
+    spans: Vec<Value>,
+}
+
+impl PageFiles {
+    /// The files in `logs`.
+    pub(crate) fn open(logs: &Path) -> Self {
+        let (events, lines) = EventFile::open(logs, EVENTS);
+        let (lanes, spans) = EventFile::open(logs, LANES);
+        Self {
+            events,
+            lanes,
+            lines,
+            spans,
+        }
+    }
+
+    /// Shows what an earlier start of the monitor of `spec` showed.
+    pub(crate) fn restore_into(&self, broadcast: &Broadcast, spec: &RunSpec) {
+        broadcast.restore_log(self.lines.clone());
+        let spans = self.spans.iter().cloned().map(serde_json::from_value);
+        let spans: Vec<LaneSpan> = spans.filter_map(Result::ok).collect();
+        broadcast.change_timeline(|timeline| timeline.restore(spans));
+        // Warnings of the run are in the log already if this is a later start.
+        if self.lines.is_empty() {
+            spec.warnings.iter().for_each(|text| broadcast.warn(text));
+        }
+    }
+
+    /// The watch that does not report the incidents of the log so far again.
+    pub(crate) fn incidents(&self, spec: &RunSpec) -> IncidentWatch {
+        let numbers = self
+            .lines
+            .iter()
+            .filter_map(|line| line["incident"].as_u64());
+        let numbers: Vec<u64> = numbers.collect();
+        let newest = numbers.iter().copied().max().unwrap_or(0);
+        let of_newest = numbers.iter().filter(|number| **number == newest).count();
+        IncidentWatch::new(spec, u32::try_from(newest).unwrap_or(0), of_newest)
+    }
+
+    /// Appends new lines of the log, and spans.
+    pub(crate) fn append(&mut self, lines: &[Value], spans: &[LaneSpan]) {
+        self.events.append(lines);
+        let spans: Vec<Value> = spans.iter().map(|span| json!(span)).collect();
+        self.lanes.append(&spans);
+    }
+}
+
 /// Appends lines of the log, one JSON object each. Lines that the disk refuses are missing
 /// after a restart of the monitor, and nowhere else.
-pub struct EventFile {
+struct EventFile {
     path: PathBuf,
     file: Option<File>,
 }
 
 impl EventFile {
     /// The file `name` in `logs`, and the last lines of it.
-    pub fn open(logs: &Path, name: &str) -> (Self, Vec<Value>) {
+    fn open(logs: &Path, name: &str) -> (Self, Vec<Value>) {
         let path = logs.join(name);
         let lines = last_lines(&path);
         let file = append_to(&path);
@@ -34,7 +93,7 @@ impl EventFile {
     }
 
     /// Appends `lines`.
-    pub fn append(&mut self, lines: &[Value]) {
+    fn append(&mut self, lines: &[Value]) {
         let Some(file) = self.file.as_mut().filter(|_| !lines.is_empty()) else {
             return;
         };
@@ -90,7 +149,6 @@ fn last_lines(path: &Path) -> Vec<Value> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use serde_json::json;
 
     #[test]
     fn the_last_lines_are_told_again_and_the_file_stays_small() {

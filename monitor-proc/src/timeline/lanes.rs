@@ -9,11 +9,14 @@ use ipc_types::{Decision, WorldState};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use crate::timeline::recorded::RecordingSource;
-
 /// Number of spans kept, of all lanes together.
 // A page draws them all.
 const KEPT: usize = 4000;
+
+/// An incident and a process that is not running are about the same failure up to this distance
+/// (simulated s).
+// A process is silent after a second, and its successor may need another.
+const SAME_FAILURE_S: f64 = 2.0;
 
 /// A restarted process is shown for at least this time (s).
 // In lockstep simulated time waits for a restart, which would then have no length.
@@ -34,6 +37,16 @@ pub struct LaneSpan {
     pub label: String,
     /// Severity of the state.
     pub tone: Tone,
+}
+
+impl LaneSpan {
+    /// Whether the messages of the bus, and so a recording, have this state.
+    pub fn is_recorded(&self) -> bool {
+        match self.kind {
+            Kind::Task | Kind::Phase | Kind::Grip => true,
+            Kind::Process | Kind::Recording => false,
+        }
+    }
 }
 
 /// Subject of a lane.
@@ -163,6 +176,9 @@ pub struct Timeline {
     /// The newest span of each lane, in the order to be drawn.
     newest: Vec<LaneSpan>,
     changes: Vec<LaneSpan>,
+    /// The newest reason that no span has yet, with its simulated time (s): the incident can be
+    /// known before the restart is seen.
+    reason: Option<(f64, String)>,
 }
 
 impl Timeline {
@@ -221,28 +237,36 @@ impl Timeline {
 
     /// A process was not running from `from_s` on, and is at `to_s`.
     pub fn add_downtime(&mut self, process: Process, epoch: Option<u32>, from_s: f64, to_s: f64) {
-        let state = |label| LaneState::process(process, label);
+        let state = |label: &str| LaneState::process(process, label);
         // A silent process has a span already.
         let name = process.name();
         let newest = self.newest.iter().find(|span| span.lane == name);
         if newest.is_none_or(|span| span.label.is_empty()) {
-            self.update(from_s, epoch, [state("restarted")]);
+            let reason = self.reason.take_if(|(at_s, what)| {
+                what.starts_with(&*name) && (*at_s - from_s).abs() <= SAME_FAILURE_S
+            });
+            let label = reason.map_or_else(|| "restarted".to_owned(), |(_, what)| what);
+            self.update(from_s, epoch, [state(&label)]);
         }
         // Simulated time goes back when physics resumes.
         self.update(to_s.max(from_s + LEAST_DOWN_S), epoch, [state("")]);
     }
 
-    /// Adds the reason why a process was not running, in place of "restarted": `what` starts
-    /// with its name.
-    pub fn explain(&mut self, what: &str) {
+    /// Adds the reason why a process was not running at `time_s`, in place of "restarted": `what`
+    /// starts with its name.
+    pub fn explain(&mut self, time_s: f64, what: &str) {
         let is_about = |span: &&LaneSpan| {
-            span.kind == Kind::Process && !span.label.is_empty() && what.starts_with(&span.lane)
+            span.kind == Kind::Process
+                && matches!(&*span.label, "restarted" | "silent")
+                && what.starts_with(&span.lane)
+                && (span.from_s - time_s).abs() <= SAME_FAILURE_S
         };
-        if let Some(span) = self.spans.iter().rev().find(is_about).cloned() {
-            self.add(LaneSpan {
+        match self.spans.iter().rev().find(is_about).cloned() {
+            Some(span) => self.add(LaneSpan {
                 label: what.to_owned(),
                 ..span
-            });
+            }),
+            None => self.reason = Some((time_s, what.to_owned())),
         }
     }
 
@@ -264,35 +288,6 @@ impl Timeline {
             None => json!({ "t": "lanes", "all": true, "spans": self.spans }),
         }
     }
-}
-
-/// Largest number of moments of a recording that are read, and their smallest distance (s).
-const MOST_MOMENTS: f64 = 4000.0;
-// A shorter phase is not visible on the timeline.
-const LEAST_S: f64 = 0.05;
-
-/// The lanes of a recording; fewer if it `is_over` before all was read.
-pub fn of_recording(
-    recording: &mut impl RecordingSource,
-    arms: &[String],
-    objects: &[String],
-    is_over: impl Fn() -> bool,
-) -> Timeline {
-    let mut timeline = Timeline::default();
-    let (from_s, to_s) = recording.span_s();
-    let step_s = ((to_s - from_s) / MOST_MOMENTS).max(LEAST_S);
-    let mut time_s = from_s;
-    while time_s <= to_s && !is_over() {
-        // At the start of a recording there may be no complete state yet.
-        if let Ok(recorded) = recording.state_at(time_s) {
-            let decision = Some(recorded.decision.as_ref());
-            let at_s = recorded.world.header.sim_time_ns as f64 * 1.0e-9;
-            let states = lane_states(&recorded.world, decision, arms, objects);
-            timeline.update(at_s, None, states);
-        }
-        time_s += step_s;
-    }
-    timeline
 }
 
 #[cfg(test)]
@@ -354,7 +349,7 @@ mod tests {
         let physics = Process::Physics;
         timeline.update(0.0, Some(1), [LaneState::process(physics, "")]);
         timeline.add_downtime(physics, Some(1), 3.0, 3.1);
-        timeline.explain("physics was killed by signal 9");
+        timeline.explain(3.0, "physics was killed by signal 9");
         let spans = timeline.message(None)["spans"].clone();
         let labels: Vec<_> = spans
             .as_array()
@@ -363,6 +358,13 @@ mod tests {
             .map(|s| &s["label"])
             .collect();
         assert_eq!(labels, ["", "physics was killed by signal 9", ""]);
+        // The reason can be known first, and is not that of the failure before.
+        timeline.explain(6.0, "physics hangs");
+        timeline.add_downtime(physics, Some(1), 6.1, 6.2);
+        timeline.add_downtime(physics, Some(1), 9.0, 9.1);
+        let added = timeline.take_changes();
+        let added: Vec<_> = added.iter().map(|s| s.label.as_str()).collect();
+        assert_eq!(added[4..], ["physics hangs", "", "restarted", ""]);
         // It is running: no change.
         timeline.take_changes();
         timeline.update(4.0, Some(1), [LaneState::process(physics, "")]);

@@ -1,7 +1,7 @@
 //! The past of the run: the lanes of the timeline, events, incidents, and another time shown from
 //! a recording.
 
-pub mod event_file;
+pub(crate) mod event_file;
 pub(crate) mod incidents;
 pub mod lanes;
 pub mod recorded;

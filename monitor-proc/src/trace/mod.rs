@@ -51,6 +51,8 @@ pub struct TraceModel {
     pictures: Vec<Picture>,
     log: VecDeque<Value>,
     changes: Changes,
+    /// Lines since the last call of `take_own_lines` that are not of the task's trace.
+    own: Vec<Value>,
     /// Generation of physics of the lines; unknown in a recording.
     epoch: Option<u32>,
     /// Limits that were exceeded, each reported once.
@@ -68,11 +70,8 @@ impl TraceModel {
         let (graph, node) = (line.graph as usize, line.node as usize);
         let text = line.text.as_str();
         let time_s = seconds(line);
-        let event = TraceEvent::from_code(line.event).unwrap_or_default();
         match TraceKind::from_code(line.kind) {
-            Some(TraceKind::Log) => self.add_log_line(time_s, "log", event, text),
-            Some(TraceKind::Transition) => self.add_log_line(time_s, "transition", event, text),
-            Some(TraceKind::Lifecycle) => self.add_log_line(time_s, "lifecycle", event, text),
+            Some(kind) if kind.is_for_people() => self.keep(log_line(line)),
             Some(TraceKind::Node) => self.node(graph, node, line),
             Some(TraceKind::Edge) => self.edge(graph, line),
             Some(TraceKind::Status) => {
@@ -91,7 +90,7 @@ impl TraceModel {
                 self.guard((graph, node), text, line.to == 1, time_s);
             }
             Some(TraceKind::Key) => self.key(graph, text, time_s),
-            None => {}
+            Some(TraceKind::Log | TraceKind::Transition | TraceKind::Lifecycle) | None => {}
         }
     }
 
@@ -104,14 +103,13 @@ impl TraceModel {
 
     /// Adds a line to the log; an `event` is marked on the timeline.
     pub fn add_log_line(&mut self, time_s: f64, kind: &str, event: TraceEvent, text: &str) {
-        let mark = event.name();
-        self.keep(json!({ "time_s": time_s, "kind": kind, "text": text, "mark": mark }));
+        self.keep_own(line_of(time_s, kind, event, text));
     }
 
     /// Adds an incident to the log, with the number by which the page opens it.
     pub fn add_incident(&mut self, head: &Head, what: &str) {
         let number = head.number;
-        self.keep(json!({
+        self.keep_own(json!({
             "time_s": head.sim_time_s, "kind": "lifecycle",
             "text": format!("incident {number}: {what}"),
             "mark": "incident", "incident": number,
@@ -121,6 +119,23 @@ impl TraceModel {
     /// Puts lines of an earlier start of the monitor at the start of the log.
     pub fn restore_log(&mut self, lines: Vec<Value>) {
         self.log.extend(lines);
+    }
+
+    /// Adds a line that a monitor added when this was recorded.
+    pub fn add_recorded(&mut self, line: Value) {
+        self.keep(line);
+    }
+
+    /// Lines since the last call that are not of the task's trace.
+    pub fn take_own_lines(&mut self) -> Vec<Value> {
+        std::mem::take(&mut self.own)
+    }
+
+    fn keep_own(&mut self, line: Value) {
+        if self.own.len() < KEPT_LINES {
+            self.own.push(line.clone());
+        }
+        self.keep(line);
     }
 
     fn keep(&mut self, mut line: Value) {
@@ -197,7 +212,7 @@ impl TraceModel {
     fn exceed(&mut self, time_s: f64, what: &'static str, limit: usize) {
         if self.exceeded.insert(what) {
             let text = format!("[monitor] a picture of the task shows {limit} {what}, not all");
-            self.add_log_line(time_s, "lifecycle", TraceEvent::None, &text);
+            self.keep(line_of(time_s, "lifecycle", TraceEvent::None, &text));
         }
     }
 
@@ -292,6 +307,22 @@ impl TraceModel {
         picture.edges.push(edge);
         self.changes.graphs = true;
     }
+}
+
+/// A line of the task's trace that is for people, as one of the log.
+pub fn log_line(line: &TraceLine) -> Value {
+    let kind = match TraceKind::from_code(line.kind) {
+        Some(TraceKind::Transition) => "transition",
+        Some(TraceKind::Lifecycle) => "lifecycle",
+        _ => "log",
+    };
+    let event = TraceEvent::from_code(line.event).unwrap_or_default();
+    line_of(seconds(line), kind, event, line.text.as_str())
+}
+
+/// A line of the log; an `event` is marked on the timeline.
+fn line_of(time_s: f64, kind: &str, event: TraceEvent, text: &str) -> Value {
+    json!({ "time_s": time_s, "kind": kind, "text": text, "mark": event.name() })
 }
 
 /// Simulated time of a line (s).

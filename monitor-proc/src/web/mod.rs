@@ -14,4 +14,4 @@ mod socket;
 mod state;
 
 pub use serve::{Listening, Services, bind};
-pub use state::{Search, SearchOf};
+pub use state::{KeptIncidents, Search, SearchOf};

@@ -15,7 +15,8 @@ use grasp::{GraspReport, Reach};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use serde_json::{Value, json};
 
-use crate::feed::broadcast::{Broadcast, Hello, RunInfo};
+use crate::feed::broadcast::Broadcast;
+use crate::feed::hello::{Hello, RunInfo};
 use crate::feed::scene::{self, SceneError};
 use crate::operator::policy_file::PolicyFiles;
 use crate::operator::queue::LiveCommandQueue;
@@ -26,7 +27,7 @@ use crate::timeline::recorded::RecordedPast;
 use crate::timeline::scrub::{OpenPast, PastReader};
 use crate::web::access::AccessControl;
 use crate::web::files::Files;
-use crate::web::{self, Search, SearchOf, Services};
+use crate::web::{self, KeptIncidents, Search, SearchOf, Services};
 
 /// Folder with `meshes/ROBOT/LINK.glb`.
 const ENV_CACHE: &str = "ROBOCELL_CACHE_DIR";
@@ -88,6 +89,17 @@ pub fn scene(start: &Start) -> Result<Value, SceneError> {
     scene::scene(&start.cell, &start.spec, &meshes().paths())
 }
 
+/// A broadcast of the live cell of `start`, whose page shows `scene`.
+pub fn broadcast(start: &Start, scene: Value) -> Arc<Broadcast> {
+    let hello = Hello {
+        live: true,
+        run: run_info(&start.spec),
+        demos: scene::demos(&start.cell.data),
+        source: None,
+    };
+    Broadcast::new(hello, scene)
+}
+
 /// Reads everything the page of `start` needs.
 ///
 /// # Errors
@@ -96,16 +108,10 @@ pub fn scene(start: &Start) -> Result<Value, SceneError> {
 pub fn prepare(
     start: &Start,
     page: &PageSpec,
-    scene: Value,
+    broadcast: Arc<Broadcast>,
     queue: LiveCommandQueue,
     recorder: &Arc<Recorder>,
 ) -> Result<PageServer, PageError> {
-    let hello = Hello {
-        live: true,
-        run: run_info(&start.spec),
-        demos: scene::demos(&start.cell.data),
-        source: None,
-    };
     let names = Names {
         objects: start.cell.objects.iter().map(|o| o.name.clone()).collect(),
         arms: u32::from(start.spec.arms),
@@ -116,7 +122,6 @@ pub fn prepare(
     );
     let objects = names.objects.clone();
     let recorder = recorder.clone();
-    let broadcast = Broadcast::new(hello, scene);
     let for_past = broadcast.clone();
     let open = move || {
         // The newest second may be in memory only.
@@ -130,7 +135,7 @@ pub fn prepare(
     let incidents = Incidents::at(start.spec.incidents_dir.clone());
     let policies = PolicyFiles::new(&start.spec);
     let search = search_of(Arc::clone(&broadcast), &start.spec);
-    let kept = (Some(incidents), Some(policies), Some(search));
+    let kept = (KeptIncidents::Live(incidents), Some(policies), Some(search));
     let shown = (broadcast, names, Arc::new(open) as OpenPast);
     prepare_page(page, shown, Arc::new(queue), kept)
 }
@@ -182,11 +187,11 @@ pub fn prepare_page(
     page: &PageSpec,
     (broadcast, names, past): (Arc<Broadcast>, Names, OpenPast),
     queue: Arc<dyn CommandQueue>,
-    (incidents, policies, search): (Option<Incidents>, Option<PolicyFiles>, Option<SearchOf>),
+    (incidents, policies, search): (KeptIncidents, Option<PolicyFiles>, Option<SearchOf>),
 ) -> Result<PageServer, PageError> {
     let secrets = read_secrets(&page.secrets)?;
     // For a live cell `robocell status` prints a new link; for a recording nothing does.
-    let one_time_links = incidents.is_some().then(|| page.secrets.clone());
+    let one_time_links = incidents.is_live().then(|| page.secrets.clone());
     let files = Files::page(page.dist.as_deref(), &page.hint);
     let meshes = meshes();
     // Before serving, so that the log explains a missing mesh.
@@ -203,7 +208,7 @@ pub fn prepare_page(
         broadcast: source,
         queue,
         names,
-        past: Some(past),
+        past,
         policies,
         search,
         incidents,

@@ -166,12 +166,8 @@ async fn incident(
     if let Some(refused) = refusal(&state, &method, &headers) {
         return refused;
     }
-    let found = match (&state.services.incidents, number) {
-        // From a disk, but less than a megabyte.
-        (Some(incidents), Ok(Path(number))) => incidents.bytes(number).ok(),
-        _ => None,
-    };
-    match found {
+    let number = number.ok().map(|Path(number)| number);
+    match number.and_then(|number| state.services.incidents.bytes(number)) {
         Some(text) => json(text),
         None => plain::line(StatusCode::NOT_FOUND, "no such incident is kept\n"),
     }
@@ -187,9 +183,7 @@ async fn past(
     if let Some(refused) = refusal(&state, &method, &headers) {
         return refused;
     }
-    let Some(open) = state.services.past.clone() else {
-        return plain::line(StatusCode::NOT_FOUND, "nothing is recorded\n");
-    };
+    let open = state.services.past.clone();
     let Some(span) = span.ok().map(|Query(span)| span).filter(PastSpan::is_valid) else {
         return plain::line(
             StatusCode::BAD_REQUEST,

@@ -326,9 +326,10 @@ impl Reader {
     /// Another time: of a live cell for this page only, of a replay for all.
     async fn seek(&mut self, id: u64, order: PlayOrder) {
         let services = &self.state.services;
-        let (Some(open), Some(_)) = (services.past.clone(), &services.incidents) else {
+        if !services.incidents.is_live() {
             return self.order(id, Order::Play(order), "").await;
-        };
+        }
+        let open = services.past.clone();
         // Without a time: back to the present.
         let Some(time_s) = order.time_s else {
             self.scrubber = None;

@@ -1,5 +1,6 @@
 //! Services behind the routes, and limits of their use.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use cell_model::runs::incident::Incidents;
@@ -26,6 +27,30 @@ pub enum Search {
 /// The result of a search as JSON; or a sentence for people.
 pub type SearchOf = Arc<dyn Fn(Search) -> Result<String, String> + Send + Sync>;
 
+/// Failures that were kept.
+pub enum KeptIncidents {
+    /// Of a live cell, by the launcher.
+    Live(Incidents),
+    /// In a recording: JSON, by number.
+    Recorded(BTreeMap<u32, Vec<u8>>),
+}
+
+impl KeptIncidents {
+    /// Whether they are of a cell that runs.
+    pub fn is_live(&self) -> bool {
+        matches!(self, Self::Live(_))
+    }
+
+    /// The incident `number` as JSON.
+    pub(super) fn bytes(&self, number: u32) -> Option<Vec<u8>> {
+        match self {
+            // From a disk, but less than a megabyte.
+            Self::Live(incidents) => incidents.bytes(number).ok(),
+            Self::Recorded(incidents) => incidents.get(&number).cloned(),
+        }
+    }
+}
+
 /// Services behind the routes.
 pub struct Services {
     /// Decides about requests.
@@ -43,13 +68,13 @@ pub struct Services {
     /// Names commands can use.
     pub names: Names,
     /// The recording: of a live cell by its flight recorder, else the file.
-    pub past: Option<OpenPast>,
+    pub past: OpenPast,
     /// The policies of a live cell that are written in files.
     pub policies: Option<PolicyFiles>,
     /// Searches in a live cell.
     pub search: Option<SearchOf>,
-    /// Failures that were kept, when this is a live cell.
-    pub incidents: Option<Incidents>,
+    /// Failures that were kept.
+    pub incidents: KeptIncidents,
 }
 
 /// The services with the limits of their use.

@@ -432,7 +432,9 @@ fn an_incident_is_shown_to_who_may_look_and_nothing_else_is_read() {
     }
     let replay = Bench::with(Files::default(), false);
     let answer = replay.get("/api/incidents/3", &bearer(OPERATOR));
-    assert_eq!(status(&answer), 404, "a recording has none");
+    assert_eq!(status(&answer), 404, "a recording has its own");
+    let shown = replay.get("/api/incidents/7", &bearer(VIEWER));
+    assert!(shown.ends_with("of a recording"), "{shown}");
 }
 
 #[test]

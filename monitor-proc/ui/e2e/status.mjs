@@ -35,3 +35,26 @@ export async function status({ page, robocell, forgive, look, same }) {
   same("the colour of a process that has ended", await look(() => getComputedStyle(document.querySelector(".process .dot")).backgroundColor), "rgb(149, 163, 179)");
   forgive(/WebSocket connection to|ERR_CONNECTION_REFUSED/);
 }
+
+/** A recorded run in which the task and physics were killed: its incidents, lanes and faults are shown from the start. */
+export async function recorded({ page, until, same, look }) {
+  const bar = page.locator("#status");
+  await bar.locator(".state", { hasText: /^Recording$/ }).waitFor();
+  await bar.locator(".detail", { hasText: "2 incidents" }).waitFor();
+  await until("the lanes say when a process was not running", (r) =>
+    ["task", "physics"].every((name) => r.store.lanes.some(({ lane, label }) => lane === name && label === `${name} was killed by the script`)),
+  );
+  await page.locator('.marks [data-mark="incident"]').first().click();
+  const sheet = page.locator("dialog.incident");
+  await sheet.locator(".incident-summary li").first().waitFor();
+  const sentences = await sheet.locator(".incident-summary li").allInnerTexts();
+  for (const said of [/^At \d+\.\d\d s task was killed by the script\.$/, /^task works again after \d+ ms\.$/, /^panda /, /dropped/]) {
+    if (!sentences.some((sentence) => said.test(sentence))) throw new Error(`no sentence ${said} in: ${sentences.join(" ")}`);
+  }
+  await sheet.getByRole("button", { name: "Look at this moment" }).click();
+  const at_s = Number(sentences[0].match(/At ([\d.]+) s/)[1]);
+  await until("the moment of the failure is shown", (r, at_s) => Math.abs(r.store.snapshot.time - at_s) < 0.02, at_s);
+  same("the sheet", await sheet.count(), 0);
+  await page.locator(".event", { hasText: "incident 1: task was killed by the script" }).waitFor();
+  same("lines of what comes later", await look((r) => r.store.log.filter(({ incident }) => incident === 2).length), 0);
+}

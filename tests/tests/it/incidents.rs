@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use cell_record::Recording;
 use robocell_tests::cell::{TestCell, base, generation};
 use robocell_tests::fault::kill_and_wait;
 use robocell_tests::program::{finish, robocell, wait_for};
@@ -13,6 +14,25 @@ fn incident(base: &Path, arguments: &[&str]) -> Value {
     all.extend(arguments);
     all.push("--json");
     finish(robocell(base, &all)).json()
+}
+
+/// Lines of the page in a recording of the last seconds, once it has the incident as well.
+fn recorded_texts(cell: &TestCell) -> Vec<String> {
+    let mut attempts = 0;
+    let messages = wait_for("a recorded incident", || {
+        attempts += 1;
+        let file = cell.base().join(format!("last{attempts}.mcap"));
+        let said = cell.ask(&["record", "last", "60s", &file.display().to_string()]);
+        assert_eq!(said.code, 0, "{said:?}");
+        let messages = Recording::open(&file).unwrap().page_messages().unwrap();
+        let is_whole = |message: &Value| message["incident"]["loops"].is_array();
+        messages.iter().any(is_whole).then_some(messages)
+    });
+    let lines = messages
+        .iter()
+        .filter_map(|message| message["lines"].as_array());
+    let texts = lines.flatten().map(|line| line["text"].as_str().unwrap());
+    texts.map(str::to_owned).collect()
 }
 
 fn looped<'a>(incident: &'a Value, process: &str) -> &'a Value {
@@ -70,6 +90,10 @@ fn a_killed_process_leaves_the_last_seconds_of_every_loop_and_who_came_after() {
         assert!(printed.contains(part), "{part} in {printed}");
     }
     assert!(cell.run_dir().join("incidents/1/task.slots").is_file());
+    assert_eq!(
+        recorded_texts(&cell),
+        ["incident 1: task was killed (SIGKILL)"]
+    );
     let none = cell.ask(&["incident", "7"]);
     assert_eq!(none.code, 3, "{none:?}");
     assert!(none.stderr.contains("1 to 1 are kept"), "{none:?}");

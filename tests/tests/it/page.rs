@@ -89,6 +89,20 @@ const DEMOS: [&str; 6] = [
     "ur10-bin-stack",
 ];
 
+/// The recording of a run whose task and whose physics were killed.
+fn killed_twice(base: &Path) -> PathBuf {
+    let (script, file) = (base.join("kills.jsonl"), base.join("run.mcap"));
+    let lines = [(2.0, "task"), (4.0, "physics")].map(|(at_s, process)| {
+        json!({ "at_s": at_s, "do": "kill", "process": process }).to_string()
+    });
+    fs::write(&script, lines.join("\n")).unwrap();
+    let (script, record) = (script.display().to_string(), file.display().to_string());
+    let mut arguments = vec!["run", "franka-stack", "--headless", "--timeout", "7"];
+    arguments.extend(["--script", &script, "--record", &record]);
+    assert_eq!(finish(robocell(base, &arguments)).code, 5);
+    file
+}
+
 /// `ROBOCELL_PAGE=all` runs the long ones too.
 fn all_of_them() -> bool {
     std::env::var("ROBOCELL_PAGE").is_ok_and(|value| value == "all")
@@ -407,6 +421,18 @@ fn fetched_meshes_are_loaded_and_drawn() {
 #[ignore = "slow: .ci/long"]
 fn the_bar_above_the_view_says_what_the_cell_does_why_it_failed_and_that_it_ended() {
     browse("status", &["franka-stack", "--paused"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn a_recording_shows_its_incidents_lanes_and_faults() {
+    look_at("recorded", || {
+        let base = base();
+        let file = killed_twice(base.path());
+        let shown = TestCell::launch(base, &["replay", &file.display().to_string()], |_| {});
+        let link = shown.link();
+        (shown, link)
+    });
 }
 
 #[test]

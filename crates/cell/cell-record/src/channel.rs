@@ -28,6 +28,8 @@ pub enum Channel {
     Scene,
     /// Health of a process, once a second (JSON).
     Health(Process),
+    /// What the monitor adds to the page: incidents, restarts, requests of people (JSON).
+    Page,
     /// Messages that were not recorded (JSON).
     Gaps,
     /// Generation of physics from here on (JSON); starts a chunk.
@@ -72,7 +74,7 @@ impl Channel {
         }
         all.push(Self::Keyframe(Process::Task));
         all.extend(Process::all(arms).into_iter().map(Self::Health));
-        all.extend([Self::Run, Self::Scene, Self::Gaps, Self::Epoch]);
+        all.extend([Self::Run, Self::Scene, Self::Page, Self::Gaps, Self::Epoch]);
         all.extend([Self::Transforms, Self::SceneUpdate, Self::FoxgloveLog]);
         all
     }
@@ -90,6 +92,7 @@ impl Channel {
             Self::Run => "run".to_owned(),
             Self::Scene => "scene".to_owned(),
             Self::Health(process) => format!("health/{}", process.name()),
+            Self::Page => "page".to_owned(),
             Self::Gaps => "gaps".to_owned(),
             Self::Epoch => "epoch".to_owned(),
             Self::Transforms => "/tf".to_owned(),
@@ -121,6 +124,7 @@ impl Channel {
             Self::Run
             | Self::Scene
             | Self::Health(_)
+            | Self::Page
             | Self::Gaps
             | Self::Epoch
             | Self::Transforms
@@ -156,6 +160,7 @@ impl Channel {
             Self::Run => json("robocell.Run", r#"{"type":"object"}"#),
             Self::Scene => json("robocell.Scene", r#"{"type":"object"}"#),
             Self::Health(_) => json("robocell.Health", HEALTH),
+            Self::Page => json("robocell.Page", PAGE),
             Self::Gaps => json("robocell.Gap", GAP),
             Self::Epoch => json("robocell.Epoch", EPOCH),
             Self::Transforms => json("foxglove.FrameTransforms", foxglove::FRAME_TRANSFORMS),
@@ -177,6 +182,7 @@ fn own<T: Wire>(name: &'static str) -> Schema {
 }
 
 const HEALTH: &str = r#"{"type":"object","properties":{"pid":{"type":"integer"},"generation":{"type":"integer"},"cycles":{"type":"integer"},"missed":{"type":"integer"},"rejected":{"type":"integer"},"fenced":{"type":"integer"},"rate_hz":{"type":"number"},"late_p50_us":{"type":"number"},"late_p99_us":{"type":"number"},"late_max_us":{"type":"number"},"body_p50_us":{"type":"number"},"body_p99_us":{"type":"number"},"note":{"type":"string"}}}"#;
+const PAGE: &str = r#"{"type":"object","properties":{"lines":{"type":"array","items":{"type":"object"}},"spans":{"type":"array","items":{"type":"object"}},"incident":{"type":"object"}}}"#;
 const GAP: &str = r#"{"type":"object","properties":{"channel":{"type":"string"},"count":{"type":"integer"},"before_seq":{"type":"integer"},"why":{"type":"string"}}}"#;
 const EPOCH: &str =
     r#"{"type":"object","properties":{"epoch":{"type":"integer"}},"required":["epoch"]}"#;

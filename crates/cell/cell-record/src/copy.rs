@@ -71,11 +71,14 @@ impl Recording {
                 Channel::Run | Channel::Scene | Channel::SceneUpdate | Channel::Epoch
             );
             let of = entries.epoch();
-            if !span.contains(&entry.time_ns) || is_preamble || !self.shows(of, &entry) {
+            let is_shown = self.shows(of, &entry);
+            // What ended an epoch was reported after the time at which the next one begins.
+            let is_wanted = is_shown || entry.channel == Channel::Page;
+            if !span.contains(&entry.time_ns) || is_preamble || !is_wanted {
                 continue;
             }
             // Announced before its first message, so that a chunk has one epoch only.
-            if epoch.replace(of) != Some(of) {
+            if (is_shown || epoch.is_none()) && epoch.replace(of) != Some(of) {
                 to.begin_epoch(of, entry.time_ns)?;
             }
             if entry.channel == Channel::Gaps {

@@ -23,6 +23,7 @@ mod index;
 mod layout;
 mod links;
 mod pack;
+mod page;
 mod recording;
 mod solids;
 mod storage;

@@ -311,8 +311,13 @@ impl Recording {
         (chunk.start_ns == chunk.end_ns).then_some(chunk.start_ns)
     }
 
+    /// Number of chunks, which are numbered in the order of recording.
+    pub(crate) fn chunk_count(&self) -> usize {
+        self.places.len()
+    }
+
     /// Whether a chunk may have messages of a channel that is `wanted`.
-    fn has(&self, place: usize, wanted: impl Fn(Channel) -> bool) -> bool {
+    pub(crate) fn has(&self, place: usize, wanted: impl Fn(Channel) -> bool) -> bool {
         self.file_and_chunk(place).is_some_and(|(file, chunk)| {
             let channel = |id: &u16| file.names.get(id).copied().flatten();
             let is_wanted = |id: &u16| channel(id).is_some_and(&wanted);
@@ -321,7 +326,8 @@ impl Recording {
         })
     }
 
-    fn unpacked(&mut self, place: usize) -> Result<Arc<Vec<Entry>>, RecordError> {
+    /// The messages of a chunk.
+    pub(crate) fn unpacked(&mut self, place: usize) -> Result<Arc<Vec<Entry>>, RecordError> {
         if let Some((_, kept)) = self.kept.iter().find(|(kept, _)| *kept == place) {
             return Ok(kept.clone());
         }

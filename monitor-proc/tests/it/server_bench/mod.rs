@@ -17,13 +17,14 @@ use std::time::Duration;
 
 use cell_model::runs::incident::Incidents;
 use cell_model::runs::spec::PageSecrets;
-use monitor_proc::feed::broadcast::{Broadcast, Hello, RunInfo};
+use monitor_proc::feed::broadcast::Broadcast;
+use monitor_proc::feed::hello::{Hello, RunInfo};
 use monitor_proc::page::command::{Names, Order};
 use monitor_proc::page::queue::{Answer, CommandQueue, Reply, send};
 use monitor_proc::timeline::scrub::{OpenPast, PastReader, PastSpan, SeekTarget};
 use monitor_proc::web::access::AccessControl;
 use monitor_proc::web::files::Files;
-use monitor_proc::web::{Search, SearchOf, Services, bind};
+use monitor_proc::web::{KeptIncidents, Search, SearchOf, Services, bind};
 use serde_json::{Value, json};
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Message, WebSocket};
@@ -165,9 +166,13 @@ impl Bench {
                         arms: 1,
                     },
                     policies: None,
-                    past: Some(past),
+                    past,
                     search: live.then(|| Arc::new(search) as SearchOf),
-                    incidents: live.then_some(incidents),
+                    incidents: if live {
+                        KeptIncidents::Live(incidents)
+                    } else {
+                        KeptIncidents::Recorded([(7, b"of a recording".to_vec())].into())
+                    },
                 };
                 tokio::select! {
                     served = listening.serve(services) => served.unwrap(),

@@ -228,6 +228,7 @@ export type TextMessage =
   | { t: "guards"; graph: number; values: Record<string, boolean> }
   | { t: "log"; lines: LogLine[]; all?: boolean }
   | { t: "lanes"; spans: Span[]; all: boolean }
+  | { t: "marks"; lines: LogLine[] }
   | ({ t: "timeline" } & Timeline)
   | ({ t: "ack" } & Ack)
   | ({ t: "past" } & Past)

@@ -71,6 +71,8 @@ export class Store {
   keys: Record<string, string>[] = [];
   guards: Record<string, boolean>[] = [];
   log: LogLine[] = [];
+  /** Of a recording: all lines of its log that are marked on the timeline. */
+  private marks: LogLine[] = [];
   timeline: Timeline | null = null;
   /** What lasted from when to when, oldest first in each lane. */
   lanes: Span[] = [];
@@ -97,6 +99,11 @@ export class Store {
     for (const listener of this.listeners.get(what) ?? []) {
       (listener as Listener<K>)(value);
     }
+  }
+
+  /** Lines that have the marks of the timeline. */
+  get marked(): readonly LogLine[] {
+    return this.marks.length > 0 ? this.marks : this.log;
   }
 
   /** Whether `line` is part of the history that led to now. */
@@ -137,6 +144,7 @@ export class Store {
         // nothing that was there is taken away.
         if (this.hello?.run.id !== message.run.id) {
           this.log = [];
+          this.marks = [];
           this.timeline = null;
           this.lanes = [];
         }
@@ -186,6 +194,10 @@ export class Store {
         break;
       case "lanes":
         this.lanes = withSpans(message.all ? [] : this.lanes, message.spans);
+        this.emit("lanes", this.lanes);
+        break;
+      case "marks":
+        this.marks = message.lines;
         this.emit("lanes", this.lanes);
         break;
       case "timeline":

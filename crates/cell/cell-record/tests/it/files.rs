@@ -64,6 +64,44 @@ fn a_moment_is_put_together_from_pieces() {
 }
 
 #[test]
+fn what_the_page_was_told_of_the_end_of_an_epoch_is_part_of_the_next() {
+    let dir = tempfile::tempdir().unwrap();
+    let (path, out) = (dir.path().join("a.mcap"), dir.path().join("b.mcap"));
+    let mut writer = RecordingWriter::create(&path, &support::preamble()).unwrap();
+    for tick in 0..3000 {
+        support::tick(tick, |message| writer.add(message).unwrap());
+    }
+    let told = Message {
+        channel: Channel::Page,
+        time_ns: 2_999_000_000,
+        publish_ns: 0,
+        seq: 0,
+        bytes: br#"{"lines":[{"text":"killed"}]}"#,
+    };
+    writer.add(&told).unwrap();
+    // Physics resumed 0.5 s earlier.
+    writer.begin_epoch(2, 2_500_000_000).unwrap();
+    for tick in 2500..4000 {
+        support::tick(tick, |message| writer.add(message).unwrap());
+    }
+    writer.finish().unwrap();
+    let mut recording = Recording::open(&path).unwrap();
+    let texts = |recording: &mut Recording| -> Vec<String> {
+        let messages = recording.page_messages().unwrap();
+        messages
+            .iter()
+            .map(|m| m["lines"][0]["text"].to_string())
+            .collect()
+    };
+    assert_eq!(texts(&mut recording), ["\"killed\""]);
+    recording.copy_span(2.0, 3.9, &out).unwrap();
+    let mut copy = Recording::open(&out).unwrap();
+    assert_eq!(texts(&mut copy), ["\"killed\""]);
+    assert_eq!(copy.span_s().1, 3.9);
+    assert_eq!(copy.at(2.7).unwrap().world.header.tick, 2700);
+}
+
+#[test]
 fn a_span_is_a_recording_of_its_own_that_begins_at_a_keyframe() {
     let dir = tempfile::tempdir().unwrap();
     let (path, out) = (dir.path().join("a.mcap"), dir.path().join("b.mcap"));

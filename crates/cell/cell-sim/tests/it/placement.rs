@@ -10,6 +10,8 @@ use ipc_types::decision::Outcome;
 
 /// Without `SEEDS`.
 const SEEDS: u64 = 1;
+/// A series that is stopped early has printed figures after each so many runs.
+const PROGRESS: usize = 20;
 /// Largest error of 99 % of the cubes (m).
 const CUBES_M: f64 = 1.0e-3;
 /// Largest error of a bin (m).
@@ -18,7 +20,6 @@ const BINS_M: f64 = 0.02;
 /// Positions in the plane where objects belong (m).
 type Goals = fn() -> Vec<[f64; 2]>;
 
-#[allow(clippy::print_stdout, reason = "a series prints its figures")]
 fn demo(name: &str, policy: &str, goals: Goals) -> Vec<f64> {
     let seeds = std::env::var("SEEDS").map_or(SEEDS, |text| text.parse().expect("a number"));
     let (next, errors) = (AtomicU64::new(1), Mutex::new(Vec::new()));
@@ -30,7 +31,11 @@ fn demo(name: &str, policy: &str, goals: Goals) -> Vec<f64> {
                 return;
             }
             let of_run = run(name, policy, seed, &goals);
-            errors.lock().unwrap().extend(of_run);
+            let mut errors = errors.lock().unwrap();
+            errors.push(of_run);
+            if errors.len() % PROGRESS == 0 {
+                figures(name, &errors);
+            }
         }
     };
     std::thread::scope(|threads| {
@@ -38,10 +43,17 @@ fn demo(name: &str, policy: &str, goals: Goals) -> Vec<f64> {
             threads.spawn(work);
         }
     });
-    let mut errors = errors.into_inner().unwrap();
+    figures(name, &errors.into_inner().unwrap())
+}
+
+/// Prints the figures of `runs`, and gives all errors in rising order (m).
+#[allow(clippy::print_stdout, reason = "a series prints its figures")]
+fn figures(name: &str, runs: &[Vec<f64>]) -> Vec<f64> {
+    let mut errors = runs.concat();
     errors.sort_by(f64::total_cmp);
     println!(
-        "{name}: {seeds} seeds, {} objects, p50 {:.3} mm, p99 {:.3} mm, largest {:.3} mm",
+        "{name}: {} seeds, {} objects, p50 {:.3} mm, p99 {:.3} mm, largest {:.3} mm",
+        runs.len(),
         errors.len(),
         1.0e3 * quantile(&errors, 50),
         1.0e3 * quantile(&errors, 99),

@@ -9,6 +9,25 @@ const GRID = { stroke: "#232c36", width: 1 };
 const LINE = "#58a6ff";
 const EVENT = "#ff7b72";
 
+/** Cycles further apart than this were not measured one after the other, as multiples of the usual distance. */
+const GAP = 20;
+
+/** The columns with a missing value where nothing was measured. */
+function withGaps(at_ms: number[], values: number[]): [number[], (number | null)[]] {
+  const apart = at_ms.slice(1).map((at, index) => at - (at_ms[index] ?? at));
+  const usual = [...apart].sort((a, b) => a - b)[Math.floor(apart.length / 2)] ?? 0;
+  const [times, shown]: [number[], (number | null)[]] = [[], []];
+  at_ms.forEach((at, index) => {
+    if (index > 0 && (apart[index - 1] ?? 0) > GAP * usual) {
+      times.push(at);
+      shown.push(null);
+    }
+    times.push(at);
+    shown.push(values[index] ?? null);
+  });
+  return [times, shown];
+}
+
 export function chart(
   at_ms: number[],
   values: number[],
@@ -36,6 +55,6 @@ export function chart(
       ],
     },
   };
-  new uPlot(options, [at_ms, values], host);
+  new uPlot(options, withGaps(at_ms, values), host);
   return host;
 }

@@ -2,32 +2,9 @@
 import "uplot/dist/uPlot.min.css";
 import type { PanelContext } from "../context";
 import { el } from "../dom";
+import { lookAt } from "../seek";
 import { chart } from "./chart";
-
-interface LoopTrace {
-  process: string;
-  generation: number[];
-  tick: number[];
-  at_ms: number[];
-  late_us: number[];
-  body_us: number[];
-  overruns: [number, string][];
-  values: Record<string, number[]>;
-}
-
-interface Incident {
-  number: number;
-  what: string;
-  at: string;
-  sim_time_s: number;
-  demo: string;
-  policy: string;
-  seed: number;
-  complete: boolean;
-  events: { at_ms: number; what: string }[];
-  loops: LoopTrace[];
-  logs: { process: string; lines: string[] }[];
-}
+import { type Incident, type LoopTrace, summary } from "./summary";
 
 const LISTED = 8;
 /** The second after the incident is written by then. */
@@ -49,7 +26,14 @@ export async function openIncident(context: PanelContext, number: number): Promi
   const dialog = el(
     "dialog",
     { class: "incident", "aria-label": `Incident ${number}` },
-    el("header", {}, el("h2", {}, `Incident ${number}: ${incident.what}`), ...neighbours(context, number, () => dialog.close()), close),
+    el(
+      "header",
+      {},
+      el("h2", {}, `Incident ${number}: ${incident.what}`),
+      look(context, incident, () => dialog.close()),
+      ...neighbours(context, number, () => dialog.close()),
+      close,
+    ),
     body,
   );
   close.addEventListener("click", () => dialog.close());
@@ -68,9 +52,20 @@ export async function openIncident(context: PanelContext, number: number): Promi
   }, COMPLETE_MS);
 }
 
+/** Shows the moment of the failure in the view. */
+function look(context: PanelContext, { number, sim_time_s }: Incident, close: () => void): HTMLElement {
+  const node = el("button", { type: "button", class: "button primary" }, "Look at this moment");
+  node.addEventListener("click", () => {
+    close();
+    const epoch = context.store.marked.find((line) => line.incident === number)?.epoch ?? null;
+    lookAt(context, { time_s: sim_time_s, epoch });
+  });
+  return node;
+}
+
 /** Buttons for the incidents before and after this one. */
 function neighbours(context: PanelContext, number: number, close: () => void): HTMLElement[] {
-  const known = [...new Set(context.store.log.map((line) => line.incident).filter((one) => one !== undefined))].sort((a, b) => a - b);
+  const known = [...new Set(context.store.marked.map((line) => line.incident).filter((one) => one !== undefined))].sort((a, b) => a - b);
   const before = known.filter((one) => one < number).at(-1);
   const after = known.find((one) => one > number);
   return [before, after].flatMap((other) => {
@@ -88,12 +83,13 @@ function content(context: PanelContext, incident: Incident, width: number): HTML
   const { number, at, sim_time_s, demo, policy, seed } = incident;
   const facts = `${at}, ${demo} with policy ${policy}, seed ${seed}, ${sim_time_s.toFixed(3)} s of simulated time`;
   const marks = incident.events.map((event) => event.at_ms);
+  const arms = (context.store.scene?.arms ?? []).map(({ name }) => name);
   const parts = [
+    el("ul", { class: "incident-summary" }, ...summary(incident, context.store.marked, arms).map((sentence) => el("li", {}, sentence))),
     el("p", { class: "dim" }, facts),
     el("p", { class: "dim" }, "The same on the command line: ", el("code", {}, context.onCell(`robocell incident ${number}`))),
     list("Events", incident.events.map((event) => `${event.at_ms.toFixed(1)} ms  ${event.what}`)),
   ];
-  if (!incident.complete) parts.push(el("p", { class: "dim" }, "The second after it is not kept yet."));
   const span: [number, number] = [
     Math.min(-1, ...incident.loops.map((loop) => loop.at_ms[0] ?? 0)),
     Math.max(1, ...incident.loops.map((loop) => loop.at_ms.at(-1) ?? 0)),

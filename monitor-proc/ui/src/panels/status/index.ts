@@ -4,6 +4,7 @@ import { button, type ButtonSpec } from "../button";
 import type { PanelContext } from "../context";
 import { el, setAttr, setText, setTitle } from "../dom";
 import { copyable } from "../guide/copy";
+import { taskActions } from "../task/actions";
 import { pausedWhy } from "../top/index";
 import { type Action, type Facts, type Line, lineOf } from "./words";
 
@@ -67,7 +68,7 @@ function factsOf(context: PanelContext, heard_ms: number | null): Facts {
     taskPaused: context.flag(FLAG.taskPaused),
     startEvent: scene?.start_event === true,
     held: held.filter((name) => name !== ""),
-    incidents: new Set(store.log.flatMap(({ incident }) => incident ?? [])).size,
+    incidents: new Set(store.marked.flatMap(({ incident }) => incident ?? [])).size,
   };
 }
 
@@ -78,16 +79,11 @@ function failedAt(context: PanelContext): number | null {
 }
 
 function actions(context: PanelContext): Record<Action, ButtonSpec> {
-  const why = () => context.cellRefusal();
-  const startEvent = () => context.store.scene?.start_event === true;
+  const { again, start, resume } = taskActions(context);
   return {
-    again: {
-      label: "Run again",
-      about: () => "Reset the scene and run the task again",
-      twin: () => `robocell reset; robocell resume${startEvent() ? "; robocell task start" : ""}`,
-      why,
-      run: () => context.send({ do: "reset" }, { do: "resume" }, ...(startEvent() ? [{ do: "task_start" } as const] : [])),
-    },
+    again,
+    start,
+    resume,
     moment: {
       label: "Look at the moment",
       about: () => "Show the moment at which the task failed",
@@ -95,8 +91,12 @@ function actions(context: PanelContext): Record<Action, ButtonSpec> {
       why: () => (failedAt(context) === null ? "the flight recorder does not hold that moment any more" : null),
       run: () => context.send({ do: "seek", time_s: failedAt(context) }),
     },
-    play: { label: "Play", about: () => "Let simulated time advance", twin: () => "robocell resume", why, run: () => context.send({ do: "resume" }) },
-    resume: { label: "Resume Task", about: () => "Resume the task", twin: () => "robocell task resume", why, run: () => context.send({ do: "task_resume" }) },
-    start: { label: "Perform Task", about: () => "Give the start event", twin: () => "robocell task start", why, run: () => context.send({ do: "task_start" }) },
+    play: {
+      label: "Play",
+      about: () => "Let simulated time advance",
+      twin: () => "robocell resume",
+      why: () => context.cellRefusal(),
+      run: () => context.send({ do: "resume" }),
+    },
   };
 }

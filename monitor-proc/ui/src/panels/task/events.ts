@@ -3,6 +3,7 @@ import type { LogLine } from "../../net/protocol";
 import type { PanelContext } from "../context";
 import { el, setAttr, setText } from "../dom";
 import { openIncident } from "../incident/index";
+import { lookAt } from "../seek";
 
 const SHOWN = 400;
 /** What a line is about; the first three are told by the task. */
@@ -98,11 +99,7 @@ function moveFocus(list: HTMLElement, event: KeyboardEvent): void {
 function row(context: PanelContext, line: LogLine): HTMLElement {
   const time = el("button", { type: "button", class: "event-time num", title: "Look at this moment", tabindex: -1 });
   time.textContent = line.time_s.toFixed(2);
-  time.addEventListener("click", () => {
-    const { time_s, epoch } = line;
-    const other = epoch !== null && !context.store.isCurrent(line);
-    void context.send({ do: "seek", time_s, ...(other ? { epoch } : {}) });
-  });
+  time.addEventListener("click", () => lookAt(context, line));
   const node = el("div", { class: "event", "data-kind": line.kind }, time, el("span", {}, words(context, line)));
   node.dataset.time = String(line.time_s);
   if (line.mark !== null) node.dataset.mark = line.mark;

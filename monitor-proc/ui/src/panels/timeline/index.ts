@@ -99,6 +99,7 @@ export function mountTimeline(context: PanelContext, host: HTMLElement): void {
     setAttr(bar, "aria-valuenow", time.toFixed(2));
   };
   store.on("log", drawMarks);
+  store.on("lanes", drawMarks);
   store.on("timeline", drawMarks);
   store.on("hello", drawMarks);
   context.pulse.add(host, show);
