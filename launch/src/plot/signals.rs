@@ -98,7 +98,7 @@ fn add_arm(all: &mut Vec<Signal>, arm: usize, spec: &Value) {
     let world = |name: &str, unit, scale, of| named(name, unit, scale, Source::World(of));
     let number = u8::try_from(arm).unwrap_or(u8::MAX);
     let status = |name, of| named(name, "mm", MM, Source::Status(number, of));
-    all.push(status("position error", OfStatus::PositionError));
+    all.push(status("distance to target", OfStatus::PositionError));
     all.push(status("clearance", OfStatus::Clearance));
     for (axis, name) in AXES.iter().enumerate() {
         let name = format!("TCP {name}");
@@ -257,7 +257,7 @@ mod tests {
             found.map(|signal| signal.unit)
         };
         for (name, wanted) in [
-            ("left/position error", "mm"),
+            ("left/distance to target", "mm"),
             ("left/TCP z", "m"),
             ("left/gripper width", "mm"),
             ("left/joint1 position", "°"),
@@ -290,7 +290,7 @@ mod tests {
         assert!((value("left/joint1 error") - 14.323_945).abs() < 1e-6);
         assert!((value("left/gripper width") - 80.0).abs() < 1e-9);
         assert!((value("left/finger position") - 40.0).abs() < 1e-9);
-        assert!(value("left/position error").is_nan());
+        assert!(value("left/distance to target").is_nan());
     }
 
     #[test]

@@ -99,6 +99,7 @@ fn objects(cell: &Cell) -> Vec<Value> {
             "shape": shape(&object.shape),
             "colour": object.colour,
             "mass_kg": object.mass,
+            "parked": object.parked,
             "friction": object.friction,
             "kind": object.kind,
         })

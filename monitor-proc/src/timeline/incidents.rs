@@ -1,6 +1,6 @@
 //! Incidents of the run, which the launcher keeps, for the log and the timeline.
 
-use cell_model::runs::incident::{Head, Incidents};
+use cell_model::runs::incident::{Head, Incidents, STARVED};
 use cell_model::runs::spec::RunSpec;
 use serde_json::{Value, json};
 
@@ -24,9 +24,14 @@ impl IncidentWatch {
     /// The watch of the run of `spec`; of the incident with number `newest`, `reported` failures
     /// were reported, and of earlier ones all.
     pub(crate) fn new(spec: &RunSpec, newest: u32, reported: usize) -> Self {
+        let incidents = Incidents::at(spec.incidents_dir.clone());
+        Self::of(incidents, spec.run, newest, reported)
+    }
+
+    fn of(incidents: Incidents, run: u64, newest: u32, reported: usize) -> Self {
         Self {
-            incidents: Incidents::at(spec.incidents_dir.clone()),
-            run: spec.run,
+            incidents,
+            run,
             newest,
             reported,
             // The newest may have been incomplete when the monitor ended.
@@ -59,10 +64,18 @@ impl IncidentWatch {
                 self.waiting.push(number);
             }
             // The launcher adds further failures to an open incident; only those are new.
-            let failures = std::iter::once(&head.what).chain(&head.also);
-            let new: Vec<String> = failures.skip(self.reported).cloned().collect();
-            self.reported += new.len();
-            take_new.extend(new.into_iter().map(|what| (head.clone(), what)));
+            let failures: Vec<&String> = std::iter::once(&head.what).chain(&head.also).collect();
+            let from = std::mem::replace(&mut self.reported, failures.len());
+            let (known, new) = failures.split_at(from.min(failures.len()));
+            // A busy machine starves all processes at once, which is one event.
+            let is_starved = |what: &&&String| what.contains(STARVED);
+            let mut starved = known.iter().any(|what| is_starved(&what));
+            for what in new {
+                let is_repeated = is_starved(&what) && std::mem::replace(&mut starved, true);
+                if !is_repeated {
+                    take_new.push((head.clone(), (*what).clone()));
+                }
+            }
         }
         take_new
     }
@@ -83,5 +96,56 @@ impl IncidentWatch {
             !is_taken
         });
         whole
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cell_model::runs::incident::Incident;
+
+    /// An incident of run 7.
+    fn incident(also: &[&str], complete: bool) -> Incident {
+        Incident {
+            head: Head {
+                number: 3,
+                what: format!("physics {STARVED}"),
+                also: also.iter().map(|&what| what.to_owned()).collect(),
+                at: String::new(),
+                sim_time_s: 1.0,
+                run: 7,
+                demo: String::new(),
+                policy: String::new(),
+                seed: 0,
+                version: String::new(),
+                complete,
+            },
+            events: Vec::new(),
+            loops: Vec::new(),
+            logs: Vec::new(),
+            recording: std::path::PathBuf::new(),
+        }
+    }
+
+    #[test]
+    fn starvation_is_one_event_and_an_incident_is_taken_whole_once() {
+        let dir = tempfile::tempdir().unwrap();
+        let incidents = Incidents::at(dir.path().to_owned());
+        let mut watch = IncidentWatch::of(incidents.clone(), 7, 0, 0);
+        let starved = format!("task {STARVED}");
+        let texts = |watch: &mut IncidentWatch| -> Vec<String> {
+            watch.take_new().into_iter().map(|(_, what)| what).collect()
+        };
+        incidents.save(&incident(&[], false)).unwrap();
+        assert_eq!(texts(&mut watch), [format!("physics {STARVED}")]);
+        let also = [starved.as_str(), "task was killed (SIGKILL)"];
+        incidents.save(&incident(&also, false)).unwrap();
+        assert_eq!(texts(&mut watch), ["task was killed (SIGKILL)"]);
+        assert!(watch.take_whole(false).is_empty());
+        incidents.save(&incident(&also, true)).unwrap();
+        assert!(texts(&mut watch).is_empty());
+        let whole = watch.take_whole(false);
+        assert_eq!(whole[0]["also"], json!(also));
+        assert!(watch.take_whole(true).is_empty());
     }
 }

@@ -42,7 +42,7 @@ export interface Events {
   /** The moment of the past that is looked at from now on; null for now. */
   moment: Past | null;
   /** A notice for the person. */
-  notice: { text: string; bad: boolean };
+  notice: { text: string; bad: boolean; incident?: number };
 }
 
 type Listener<K extends keyof Events> = (value: Events[K]) => void;

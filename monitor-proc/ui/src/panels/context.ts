@@ -17,6 +17,8 @@ export class PanelContext {
   private readonly selectListeners = new Set<(name: string | null) => void>();
   /** Opens a tab of the right side. */
   openTab: (key: string) => void = () => {};
+  /** Shows the next mark of the timeline (1), or the one before (-1). */
+  toMark: (direction: 1 | -1) => void = () => {};
 
   constructor(
     readonly store: Store,

@@ -71,6 +71,13 @@ export function reveal(box: Element | null, node: Element | undefined): void {
   if (inner.top < outer.top + margin || inner.bottom > outer.bottom - margin) {
     box.scrollTop += (inner.top + inner.bottom - outer.top - outer.bottom) / 2;
   }
+  revealAcross(box, node);
+}
+
+/** As `reveal`, from left to right only: for a header that stays at the top. */
+export function revealAcross(box: Element | null, node: Element | undefined): void {
+  if (box === null || node === undefined) return;
+  const [outer, inner] = [box.getBoundingClientRect(), node.getBoundingClientRect()];
   if (inner.left < outer.left || inner.right > outer.right) {
     box.scrollLeft += (inner.left + inner.right - outer.left - outer.right) / 2;
   }

@@ -37,6 +37,7 @@ const KEYS: Entries = [
   ["Esc", "release; close the guide, a sheet, a drawer"],
   ["← →", "on the timeline: 0.1 s, with Shift 1 s; on tabs: next"],
   ["Page ↑ ↓", "on the timeline: 5 s"],
+  ["[ ]", "the mark before, the next mark of the timeline"],
   ["B", "breakpoint at the node that has the focus"],
   ["Ctrl + F", "find in the graph of the task"],
   ["?", "this sheet"],

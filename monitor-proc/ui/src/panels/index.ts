@@ -16,6 +16,7 @@ import { robotTab } from "./robot/index";
 import { mountSplitters } from "./splitters";
 import { mountStatus } from "./status/index";
 import { tabs } from "./tabs";
+import { mountTerms } from "./terms";
 import { taskTab } from "./task/index";
 import { mountTimeline } from "./timeline";
 import { mountToasts } from "./toasts";
@@ -49,7 +50,8 @@ export function mountPanels(store: Store, view: ViewApi | null, hand: Hand, jog:
   place("bottom", (host) => mountTimeline(context, host));
   mountGuide(context);
   mountSplitters();
-  mountToasts(store);
+  mountToasts(context);
+  mountTerms();
   mountKeys(context, act, help);
   if (import.meta.env.DEV && new URLSearchParams(location.search).has("fake")) {
     void import("./dev").then(({ fakeFeed }) => fakeFeed(store));

@@ -25,6 +25,8 @@ export function mountKeys(context: PanelContext, act: Actions, help: () => void)
     t: () => context.view?.gizmoMode("translate"),
     e: () => context.view?.gizmoMode("rotate"),
     f: () => context.view?.frameSelection(),
+    "[": () => context.toMark(-1),
+    "]": () => context.toMark(1),
     "?": help,
   };
   for (let camera = 1; camera <= 5; camera++) keys[String(camera)] = () => context.view?.camera(camera);

@@ -146,6 +146,13 @@ export class Camera {
     return [Math.max(1, width - left) / height, Math.max(1, height - top) / height];
   }
 
+  /** Width of a pixel where the camera looks at (m). */
+  get pixel_m(): number {
+    const [, height] = this.size;
+    if (this.lens === this.ortho) return (2 * this.ortho.top) / this.ortho.zoom / height;
+    return (2 * halfHeight(this.lens.position.distanceTo(this.orbit.target))) / height;
+  }
+
   /** Goes along with the tool while preset 5 is on, but not while something is dragged (`busy`): it would leave the pointer. */
   follow(tool: Vector3 | null, busy: boolean): void {
     if (!this.following || tool === null) return;

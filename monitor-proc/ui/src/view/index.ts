@@ -16,8 +16,8 @@ import { Frames } from "./frames";
 import { Labels } from "./labels";
 import { useCheap } from "./materials";
 import { Overlays } from "./overlays/index";
-import { looksOther } from "./motion";
-import { AT_REST, LEVELS, type Level, Quality, SOFTWARE_LEVEL } from "./quality";
+import { looksOther, unseen } from "./motion";
+import { atRest, LEVELS, type Level, Quality, SOFTWARE_LEVEL } from "./quality";
 import { Rest } from "./rest";
 import { Screen } from "./screen";
 import { Stage } from "./stage";
@@ -38,6 +38,7 @@ const LEAST_REACH_M = 0.9;
 export class View implements ViewApi {
   readonly toggles = new Toggles();
   readonly quality: Quality;
+  private readonly resting: Level;
   private readonly screen: Screen;
   private readonly stage: Stage;
   private readonly eye: Camera;
@@ -88,6 +89,7 @@ export class View implements ViewApi {
     new Hints(element, this.eye, store, cell, this.gizmo);
     this.stage.scene.add(this.gizmo.root, this.drag.root, this.selection.root, this.marks.root, this.proposal.root);
     this.quality = this.ladder();
+    this.resting = atRest(this.screen.isSoftware);
     this.listen();
   }
 
@@ -213,7 +215,7 @@ export class View implements ViewApi {
 
   private use(level: Level): void {
     if (level === this.used) return;
-    if (this.used === AT_REST) this.quality.skip();
+    if (this.used === this.resting) this.quality.skip();
     this.used = level;
     this.stale = true;
     useCheap(!level.fine, this.stage.scene);
@@ -224,7 +226,7 @@ export class View implements ViewApi {
 
   /** Nothing moves: one picture as good as it gets, however long it takes. */
   private sharpen(): void {
-    if (this.quality.fixed || this.used === AT_REST) return;
+    if (this.quality.fixed || this.used === this.resting) return;
     this.stale = true;
     this.frames.ask();
   }
@@ -253,7 +255,7 @@ export class View implements ViewApi {
   private takeSnapshot(snapshot: Snapshot): void {
     const { shown } = this;
     const fades = this.toggles.get("trails") && shown?.time !== snapshot.time;
-    this.moves = shown === null || fades || looksOther(shown, snapshot);
+    this.moves = shown === null || fades || looksOther(shown, snapshot, unseen(this.eye.pixel_m));
     if (this.moves) this.refresh();
   }
 
@@ -328,7 +330,7 @@ export class View implements ViewApi {
   /** Answers whether the picture counts for the pace of moving ones. */
   private draw(): boolean {
     const resting = this.rest.reached && !this.quality.fixed;
-    this.use(resting ? AT_REST : this.quality.level);
+    this.use(resting ? this.resting : this.quality.level);
     const moved = this.stale;
     this.stale = false;
     this.catchUp();

@@ -29,8 +29,16 @@ const FULL: Level = { name: "full", multisample: true, shadows: FINE_SHADOWS, fi
 const PLAIN: Level = { ...FULL, multisample: false, shadows: FEW_SHADOWS, fine: false };
 const BARE: Level = { ...PLAIN, shadows: null, coarse: true };
 
-/** Once nothing moves. */
-export const AT_REST: Level = { ...FULL, name: "full, at rest", densest: Infinity };
+/** Once nothing moves, with a graphics card. */
+const AT_REST: Level = { ...FULL, name: "full, at rest", densest: Infinity };
+/** Without one: light and materials are those of the moving picture, so that the room does not change when a motion ends.
+ * Four points are drawn for each pixel. */
+const PLAIN_AT_REST: Level = { ...PLAIN, name: "full, at rest", shadows: FINE_SHADOWS, pixels: 2, densest: Infinity };
+
+/** How the picture is drawn once nothing moves. */
+export function atRest(isSoftware: boolean): Level {
+  return isSoftware ? PLAIN_AT_REST : AT_REST;
+}
 
 /** From the best to the fastest. */
 export const LEVELS: readonly Level[] = [

@@ -39,23 +39,25 @@ const FILL = 0.45;
 const SIDE_FILL = 1.1;
 
 /** A dome that is bright at the horizon and dark above; its colours are computed per vertex. */
-function dome(): Mesh {
+function dome(): Mesh<SphereGeometry, ShaderMaterial> {
   const paint = new ShaderMaterial({
     side: BackSide,
     depthWrite: false,
     fog: false,
     toneMapped: false,
-    uniforms: { low: { value: HORIZON }, high: { value: ZENITH } },
+    uniforms: { low: { value: HORIZON }, high: { value: ZENITH }, linear: { value: false } },
     vertexShader: `
       #include <tonemapping_pars_fragment>
       #include <colorspace_pars_fragment>
       uniform vec3 low;
       uniform vec3 high;
+      // Tone and colour space are those of a later pass.
+      uniform bool linear;
       varying vec3 seen;
       void main() {
         float height = normalize(position).z;
         vec3 light = mix(low, high, smoothstep(-0.02, 0.55, height));
-        seen = sRGBTransferOETF(vec4(NeutralToneMapping(light), 1.0)).rgb;
+        seen = linear ? light : sRGBTransferOETF(vec4(NeutralToneMapping(light), 1.0)).rgb;
         gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
       }`,
     fragmentShader: `
@@ -69,6 +71,13 @@ function dome(): Mesh {
   mesh.renderOrder = 0.9;
   mesh.raycast = () => {};
   return mesh;
+}
+
+/** A dark colour as the tone mapping `NeutralToneMapping` of three.js shows it. */
+function neutral(colour: Color): Color {
+  const least = Math.min(colour.r, colour.g, colour.b);
+  const offset = least < 0.08 ? least - 6.25 * least * least : 0.04;
+  return new Color(colour.r - offset, colour.g - offset, colour.b - offset);
 }
 
 /** Fine lines, half a metre apart. */
@@ -197,7 +206,10 @@ export class Stage {
   }
 
   /** Mirrors a room in shiny surfaces; without it the sky is brighter. */
-  use({ fine, shadows }: Level): void {
+  use({ fine, shadows, multisample }: Level): void {
+    (this.dome.material.uniforms.linear as { value: boolean }).value = multisample;
+    // three.js maps the tones of fog only where a later pass does.
+    if (this.scene.fog !== null) this.scene.fog.color.copy(multisample ? HORIZON : neutral(HORIZON));
     if (fine) this.reflected ??= reflections(this.renderer, this.mirrorSize);
     this.scene.environment = fine ? this.reflected : null;
     this.scene.environmentIntensity = REFLECTIONS;

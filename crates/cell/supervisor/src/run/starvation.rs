@@ -14,6 +14,7 @@
 //!   holds the launcher and physics at once: when both work again, the process sleeps
 //!   until its next cycle, and its sign of life is a few milliseconds away.
 
+use cell_model::runs::incident::STARVED;
 use cell_rt::process::Share;
 use ipc_types::topic::Process;
 
@@ -103,7 +104,7 @@ impl Starvation {
 pub(super) fn report(process: Process, starved_ns: u64, silent_ns: u64) -> String {
     const MS: u64 = 1_000_000;
     format!(
-        "{} gets too little processor time, or waits for a disk or for memory: it could not run \
+        "{} {STARVED}, or waits for a disk or for memory: it could not run \
          for {} of the last {} ms. It is left running; an arm without fresh setpoints holds. Close \
          other programs, keep the run directory in memory, or allow real-time scheduling \
          (`robocell doctor` says how)",

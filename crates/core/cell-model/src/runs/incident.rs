@@ -12,6 +12,9 @@ use serde::{Deserialize, Serialize};
 /// Largest number of incidents of one cell on disk; the oldest is deleted.
 pub const KEPT: usize = 32;
 
+/// Part of the description of a process that does not get the processor.
+pub const STARVED: &str = "gets too little processor time";
+
 /// The ring of the last cycles of `process` in the run directory `dir`.
 pub fn ring_path(dir: &Path, process: &str) -> PathBuf {
     dir.join("blackbox").join(format!("{process}.ring"))
@@ -30,7 +33,7 @@ pub fn value_names(process: Process) -> [&'static str; 4] {
             "stop action",
             "decision age (ticks)",
             "fastest joint setpoint (rad/s)",
-            "position error (m)",
+            "distance to target (m)",
         ],
         Process::Task => ["outcome", "", "", ""],
         Process::Monitor => [""; 4],

@@ -31,7 +31,7 @@ export function objectCard(context: PanelContext, index: number): Card | null {
     kind: spec.kind === spec.name ? "object" : `object of the series ${spec.kind}`,
     rows: [
       row("shape", "", () => shapeWords(spec.shape)),
-      row("state", "", () => stateWords(state())),
+      row("state", "", () => stateWords(state(), spec.parked === true)),
       row("held by", "", () => (holder() < 0 ? "no arm" : context.armName(holder()))),
       ...poseRows(pose),
       row("velocity", "m/s", here(({ linear }) => list(linear, 3))),
@@ -44,8 +44,9 @@ export function objectCard(context: PanelContext, index: number): Card | null {
   };
 }
 
-function stateWords(state: ObjectState | undefined): string {
-  if (state === undefined || (state.flags & OBJECT.enabled) === 0) return "not in the scene";
+function stateWords(state: ObjectState | undefined, parked: boolean): string {
+  if (state === undefined) return "not in the scene";
+  if ((state.flags & OBJECT.enabled) === 0) return parked ? "to come: a device brings it" : "lost: it fell out of the cell";
   if ((state.flags & OBJECT.dragged) !== 0) return "dragged";
   const isStill = norm(state.linear) < STILL_M_S && norm(state.angular) < STILL_RAD_S;
   return isStill || (state.flags & OBJECT.asleep) !== 0 ? "at rest" : "moves";

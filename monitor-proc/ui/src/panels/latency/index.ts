@@ -3,18 +3,20 @@ import type { HopLatency, ProcessStatus } from "../../net/protocol";
 import type { PanelContext } from "../context";
 import { el } from "../dom";
 import { micros } from "../format";
+import { term } from "../terms";
 import { histogram } from "./histogram";
 
 export function latencyTab(context: PanelContext): HTMLElement {
   const hops = el("div", { class: "hops" }, el("p", { class: "dim hint" }, "No hop was measured yet."));
-  const missed = el("div", { class: "missed" });
+  const body = el("tbody", {});
+  const missed = el("div", { class: "missed" }, el("table", {}, el("thead", {}, headRow()), body));
   const root = el(
     "div",
-    { class: "latency-tab column scroll", tabindex: 0 },
+    { class: "latency-tab column scroll of-now", tabindex: 0 },
     el("h3", {}, "Cycles of each process"),
     missed,
-    el("h3", {}, "Hops"),
-    el("p", { class: "dim hop-legend" }, el("i", { class: "p50" }), "p50", el("i", { class: "p99" }), "p99; both axes are in powers of ten"),
+    el("h3", {}, term("Hops", "hop")),
+    el("p", { class: "dim hop-legend" }, el("i", { class: "p50" }), term("p50"), el("i", { class: "p99" }), term("p99"), "; ", term("p99.9"), "; both axes are in powers of ten"),
     hops,
     el("p", { class: "dim" }, "The same in the terminal: ", el("code", {}, "robocell top"), ", ", el("code", {}, "robocell bench e2e")),
   );
@@ -24,7 +26,7 @@ export function latencyTab(context: PanelContext): HTMLElement {
     stale = !root.checkVisibility();
     if (status === null || stale) return;
     if (status.latency.length > 0) hops.replaceChildren(...status.latency.map((hop) => hopRow(context, hop)));
-    missed.replaceChildren(cycleTable(status.processes));
+    body.replaceChildren(...cycleRows(status.processes));
   };
   context.store.on("status", draw);
   context.pulse.add(root, () => stale && draw());
@@ -46,15 +48,19 @@ function hopRow(context: PanelContext, hop: HopLatency): HTMLElement {
   return el("div", { class: "hop" }, head, el("div", { class: "figures" }, ...cells), hop.n > 0 ? histogram(hop) : null);
 }
 
-function cycleTable(processes: ProcessStatus[]): HTMLElement {
-  const heads = ["process", "missed", "late p99", "late max", "body p50", "body p99"];
-  const rows = processes.flatMap((one) => {
+const HEADS = ["process", "missed", "late p99", "late max", "body p50", "body p99"];
+
+function headRow(): HTMLElement {
+  const cell = (name: string) => el("th", { scope: "col" }, ...name.split(" ").flatMap((word) => [term(word), " "]));
+  return el("tr", {}, ...HEADS.map(cell));
+}
+
+function cycleRows(processes: ProcessStatus[]): HTMLElement[] {
+  return processes.flatMap((one) => {
     const cells = [one.late_p99_us, one.late_max_us, one.body_p50_us, one.body_p99_us].map((us) => (us > 0 ? micros(us) : "–"));
     const missed = el("td", { class: one.missed > 0 ? "num amber" : "num" }, String(one.missed));
     const row = el("tr", {}, el("th", { scope: "row" }, one.name), missed, ...cells.map((text) => el("td", { class: "num" }, text)));
     const notes = [one.missed_why === "" ? "" : `missed: ${one.missed_why}`, one.note].filter((text) => text !== "");
-    return [row, ...notes.map((text) => el("tr", { class: "note" }, el("td", { colspan: heads.length, class: "dim" }, text)))];
+    return [row, ...notes.map((text) => el("tr", { class: "note" }, el("td", { colspan: HEADS.length, class: "dim" }, text)))];
   });
-  const head = el("tr", {}, ...heads.map((name) => el("th", { scope: "col" }, name)));
-  return el("table", {}, el("thead", {}, head), el("tbody", {}, ...rows));
 }

@@ -12,7 +12,7 @@ interface Row {
 
 export function processes(context: PanelContext): HTMLElement {
   const none = el("p", { class: "dim" }, "No process has reported yet.");
-  const list = el("div", { class: "processes" }, none);
+  const list = el("div", { class: "processes of-now" }, none);
   context.store.on("hello", ({ live }) => {
     if (!live) setText(none, "A recording: nothing runs.");
   });

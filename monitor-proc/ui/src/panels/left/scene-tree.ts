@@ -70,14 +70,16 @@ function objects(context: PanelContext, scene: Scene, refreshes: Refresh[]): HTM
       const now = context.snapshot?.objects[index];
       if (!now) return;
       const holder = context.snapshot?.arms.findIndex((arm) => arm.held === index) ?? -1;
-      setText(state, objectState(now.flags, holder < 0 ? null : context.armName(holder), now.pose[2]));
+      const words = objectState(now.flags, object.parked === true, holder < 0 ? null : context.armName(holder), now.pose[2]);
+      setText(state, words);
+      setAttr(state, "data-tone", words === "lost" ? "bad" : null);
     });
     return row(context, object.name, css(object.colour), state);
   });
 }
 
-function objectState(flags: number, holder: string | null, z: number): string {
-  if ((flags & OBJECT.enabled) === 0) return "not in the scene";
+function objectState(flags: number, parked: boolean, holder: string | null, z: number): string {
+  if ((flags & OBJECT.enabled) === 0) return parked ? "to come" : "lost";
   const words = [];
   if (holder !== null) words.push(`held by ${holder}`);
   else if ((flags & OBJECT.dragged) !== 0) words.push("dragged");

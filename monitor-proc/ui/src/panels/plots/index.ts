@@ -6,7 +6,7 @@ import { History } from "./history";
 import { draggable, Plot } from "./plot";
 
 const MOST_PLOTS = 4;
-const FIRST = "position error";
+const FIRST = "distance to target";
 const MOST_HEIGHTS = 6;
 
 export function plotsTab(context: PanelContext): HTMLElement {

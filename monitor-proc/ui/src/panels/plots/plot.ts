@@ -84,7 +84,7 @@ export class Plot {
         const chip = el("button", { type: "button", class: "chip", title: `Take ${key} out` });
         const signal = this.history.find(key);
         chip.append(el("i", { class: "swatch" }), `${signal?.name ?? key}`, el("span", { class: "dim" }, signal?.unit ?? ""), "×");
-        chip.style.setProperty("--colour", COLOURS[index] ?? "");
+        chip.style.setProperty("--colour", this.colour(index));
         chip.addEventListener("click", () => this.drop(key));
         return chip;
       }),
@@ -110,9 +110,14 @@ export class Plot {
         },
       ],
       hooks: { draw: [(chart) => this.drawCursor(chart)], ready: [(chart) => this.listen(chart)] },
-      series: [{}, ...this.keys.map((_, index) => ({ stroke: COLOURS[index] ?? AXIS, width: 1.5, points: { show: false } }))],
+      series: [{}, ...this.keys.map((_, index) => ({ stroke: this.colour(index), width: 1.5, points: { show: false } }))],
     };
     this.chart = new uPlot(options, this.history.window(this.keys) as uPlot.AlignedData, this.area);
+  }
+
+  /** The colour of the object that the line is about, or one of its own. */
+  private colour(index: number): string {
+    return this.history.find(this.keys[index] ?? "")?.colour ?? COLOURS[index] ?? AXIS;
   }
 
   /** The moment of the past that is looked at. */

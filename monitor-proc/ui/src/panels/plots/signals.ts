@@ -1,6 +1,7 @@
 // What can be plotted: numbers of snapshots and of status, by name.
 import type { Scene, Status } from "../../net/protocol";
 import type { Snapshot } from "../../net/snapshot";
+import { css } from "../format";
 import { shortNames } from "../joint-names";
 
 const DEG = 180 / Math.PI;
@@ -11,6 +12,8 @@ export interface Signal {
   group: string;
   name: string;
   unit: string;
+  /** Of the object it is about, where it has one of its own. */
+  colour?: string;
   /** Its value now; NaN where there is none. */
   read: (snapshot: Snapshot, status: Status | null) => number;
 }
@@ -20,8 +23,12 @@ export function signalsOf(scene: Scene | null, hops: Status["latency"]): Signal[
   const add = (group: string, name: string, unit: string, read: Signal["read"]) =>
     all.push({ key: `${group}/${name}`, group, name, unit, read });
   scene?.arms.forEach((_, arm) => addArm(scene, arm, add));
+  const colours = scene?.objects.map(({ colour }) => css(colour)) ?? [];
   scene?.objects.forEach((object, index) => {
     add("objects", `${object.name} z`, "m", (s) => s.objects[index]?.pose[2] ?? NaN);
+    const colour = colours[index];
+    // Lines of one colour could not be told apart.
+    if (colour !== undefined && colours.filter((one) => one === colour).length === 1) Object.assign(all.at(-1) ?? {}, { colour });
   });
   add("run", "real-time factor", "", (s) => s.realTimeFactor);
   add("run", "decision age", "ms", (_, status) => status?.task.decision_age_ms ?? NaN);
@@ -42,7 +49,7 @@ function addArm(
   const spec = scene.arms[arm];
   if (spec === undefined) return;
   const { name: group } = spec;
-  add(group, "position error", "mm", (s) => {
+  add(group, "distance to target", "mm", (s) => {
     const state = s.arms[arm];
     return state?.targetValid === true ? 1000 * state.positionError : NaN;
   });

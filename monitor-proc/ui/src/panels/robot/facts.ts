@@ -4,6 +4,7 @@ import type { PanelContext } from "../context";
 import { el, setAttr, setText, setTitle } from "../dom";
 import { millimetres } from "../format";
 import { stopWords } from "../stop-words";
+import { term } from "../terms";
 
 /** Rows whose text needs the whole width. */
 const WIDE = /^(TCP|opening|suction)/;
@@ -15,7 +16,7 @@ export function facts(context: PanelContext, arm: number): HTMLElement {
   const physics = stopBadge("drives");
   const rows: [string, (state: ArmState) => string][] = [
     ["goal", (state) => goalWords(state)],
-    ["position error", (state) => (state.targetValid ? millimetres(state.positionError) : "–")],
+    ["distance to target", (state) => (state.targetValid ? millimetres(state.positionError) : "–")],
     ["clearance", (state) => (state.clearance > NO_OBSTACLE_M ? "no obstacle" : millimetres(state.clearance, 0))],
     ["holds", (state) => (state.held === null ? "nothing" : (context.store.scene?.objects[state.held]?.name ?? "?"))],
     ...gripperRows(context, arm),
@@ -24,7 +25,7 @@ export function facts(context: PanelContext, arm: number): HTMLElement {
   const cells = rows.map(([name, text]) => {
     const value = el("b", { class: "num" }, "–");
     const kind = WIDE.test(name) ? "fact wide" : "fact";
-    return { value, text, node: el("div", { class: kind }, el("span", { class: "dim" }, name), value) };
+    return { value, text, node: el("div", { class: kind }, el("span", { class: "dim" }, term(name, name.replace(" (m)", ""))), value) };
   });
   const root = el(
     "div",

@@ -5,6 +5,7 @@ import type { ArmState } from "../../net/snapshot";
 import type { PanelContext } from "../context";
 import { el, setAttr, setText, setTitle } from "../dom";
 import { shortNames } from "../joint-names";
+import { term } from "../terms";
 
 /** Shares of the range, from a limit, that are near and very near. */
 const NEAR = 0.1;
@@ -20,9 +21,9 @@ export function joints(context: PanelContext, arm: number, spec: ArmSpec): HTMLE
     { class: "joint joint-head dim" },
     el("span", {}, "joint"),
     el("span", {}, "limits"),
-    el("span", { class: "num" }, "measured"),
-    el("span", { class: "num", title: "measured minus setpoint" }, "error"),
-    el("span", { title: "Share of the drive's limit in use; hover for N m or N" }, "effort"),
+    el("span", { class: "num" }, term("measured")),
+    el("span", { class: "num" }, term("error")),
+    el("span", {}, term("effort")),
   );
   const root = el("div", { class: "joints" }, head, ...rows.map((row) => row.root));
   context.pulse.add(root, () => {

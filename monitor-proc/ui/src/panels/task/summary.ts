@@ -1,8 +1,9 @@
 // One look at the task: outcome, phase, reason, and what went wrong how often.
 import type { Status } from "../../net/protocol";
 import type { PanelContext } from "../context";
-import { el, setAttr, setText, setTitle } from "../dom";
+import { el, setAttr, setText } from "../dom";
 import { words } from "../format";
+import { term } from "../terms";
 
 const TONE: Record<Status["task"]["outcome"], string> = {
   idle: "info",
@@ -12,15 +13,7 @@ const TONE: Record<Status["task"]["outcome"], string> = {
   paused: "warn",
 };
 
-const COUNTERS = [
-  ["drops", "Held objects that were lost"],
-  ["resyncs", "Pick-ups restarted because the object moved"],
-  ["aborts", "Transfers turned back because the stack below was gone"],
-  ["recoveries", "Recoveries of any other kind"],
-  ["limit_violations", "Limits of the robot that were violated, as physics measured"],
-  ["obstacle_contacts", "Times an arm touched an obstacle or another arm"],
-  ["self_contacts", "Times parts of an arm touched each other"],
-] as const;
+const COUNTERS = ["drops", "resyncs", "aborts", "recoveries", "limit_violations", "obstacle_contacts", "self_contacts"] as const;
 
 const NAMES: Partial<Record<string, string>> = {
   limit_violations: "limits",
@@ -31,20 +24,22 @@ const NAMES: Partial<Record<string, string>> = {
 export function taskSummary(context: PanelContext): HTMLElement {
   const outcome = el("span", { class: "badge" }, "–");
   const phase = el("b", { class: "phase" }, "no task yet");
-  const policy = el("span", { class: "dim" });
+  const policy = el("span", {});
+  const age = el("span", { class: "num" });
+  const source = el("span", { class: "dim" }, policy, " · ", term("decision"), " ", age);
   const reason = el("div", { class: "dim reason" });
   const wait = el("div", { class: "reason" });
-  const counters = COUNTERS.map(([key, about]) => {
+  const counters = COUNTERS.map((key) => {
     const value = el("b", { class: "num" }, "0");
     const name = NAMES[key] ?? key;
-    return { key, value, node: el("span", { class: "counter", title: about }, value, name) };
+    return { key, value, node: el("span", { class: "counter" }, value, term(name)) };
   });
   context.store.on("status", ({ task }) => {
     setText(outcome, task.outcome);
     setAttr(outcome, "data-tone", TONE[task.outcome]);
     setText(phase, words(task.phase) || "–");
-    setText(policy, `${task.policy} · decision ${task.decision_age_ms.toFixed(0)} ms old`);
-    setTitle(policy, "Policy, and the age of its newest decision");
+    setText(policy, task.policy);
+    setText(age, `${task.decision_age_ms.toFixed(0)} ms old`);
     setText(reason, words(task.reason));
     reason.hidden = task.reason === "";
     setText(wait, task.wait === "" ? "" : `waiting: ${task.wait}`);
@@ -57,7 +52,7 @@ export function taskSummary(context: PanelContext): HTMLElement {
   return el(
     "div",
     { class: "summary" },
-    el("div", { class: "row" }, outcome, phase, el("span", { class: "spacer" }), policy),
+    el("div", { class: "row" }, outcome, phase, el("span", { class: "spacer" }), source),
     reason,
     wait,
     el("div", { class: "counters" }, ...counters.map(({ node }) => node)),

@@ -3,6 +3,7 @@
 import type { Store } from "../../net/store";
 import type { PanelContext } from "../context";
 import { el, flash, setText, setTitle } from "../dom";
+import { term } from "../terms";
 import { breakDot } from "./breaks/dot";
 import type { GraphChoice } from "./choice";
 
@@ -85,8 +86,8 @@ export function valueTables(context: PanelContext, choice: GraphChoice): HTMLEle
     keys.clear();
     show();
   };
-  const head = (name: string, table: Table) => el("div", { class: "value-group" }, el("h4", {}, name), table.root);
-  const root = el("div", { class: "value-tables scroll", tabindex: 0 }, empty, head("Guards", guards), head("Keys", keys));
+  const head = (name: string, key: string, table: Table) => el("div", { class: "value-group" }, el("h4", {}, term(name, key)), table.root);
+  const root = el("div", { class: "value-tables scroll", tabindex: 0 }, empty, head("Guards", "guard", guards), head("Keys", "keys", keys));
   choice.on(begin);
   store.on("graph", show);
   context.pulse.add(root, show);

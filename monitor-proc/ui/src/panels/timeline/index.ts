@@ -9,6 +9,10 @@ import { drawnMarks } from "./marks";
 import { playback } from "./playback";
 import { seeker } from "./seeker";
 import { linkButton } from "./link-button";
+import { Zoom } from "./zoom";
+
+/** A mark nearer than this to the moment shown is this moment (s). */
+const SAME_MOMENT_S = 0.02;
 
 const MARKS: [string, string][] = [
   ["drop", "object lost"],
@@ -28,19 +32,21 @@ export function mountTimeline(context: PanelContext, host: HTMLElement): void {
   const { store } = context;
   const marks = el("div", { class: "marks" });
   const cursor = el("i", { class: "cursor" });
-  const bar = el("div", { class: "bar", role: "slider", tabindex: 0, "aria-label": "Time shown", title: "Drag to look back; Shift and drag to choose a range that is looped" }, cursor);
+  const bar = el("div", { class: "bar", role: "slider", tabindex: 0, "aria-label": "Time shown", title: "Drag to look back; Shift and drag to choose a range that is looped; the wheel zooms, with Shift it moves" }, cursor);
   // Marks can be pressed, and a slider has nothing in it that can.
   const track = el("div", { class: "time-track" }, bar, marks);
   const from = el("span", { class: "num dim" });
   const to = el("span", { class: "num dim" });
   const now = el("output", { class: "num now" });
-  const span = () => {
+  const zoom = new Zoom();
+  const recorded = () => {
     const { timeline, snapshot } = store;
     const end = snapshot?.time ?? 0;
     const past = context.flag(FLAG.notLive);
     const first = timeline?.from_s ?? Math.min(end, 0);
     return { first, last: Math.max(timeline?.to_s ?? 0, past ? 0 : end, first + 0.001) };
   };
+  const span = () => zoom.of(recorded());
   const share = (time: number) => {
     const { first, last } = span();
     return Math.min(Math.max((time - first) / (last - first), 0), 1);
@@ -72,6 +78,27 @@ export function mountTimeline(context: PanelContext, host: HTMLElement): void {
     });
   };
   listen(track);
+  host.addEventListener("wheel", (event) => {
+    // The lanes scroll where the wheel is over them.
+    if (!(event.target instanceof Node) || !track.contains(event.target)) return;
+    event.preventDefault();
+    zoom.wheel(event.deltaY || event.deltaX, event.shiftKey || event.deltaY === 0, timeAt(event.clientX), recorded());
+    drawMarks();
+    show();
+  }, { passive: false });
+  const whole = el("button", { type: "button", class: "button small quiet", title: "Show all recorded time again", hidden: true }, "All");
+  whole.addEventListener("click", () => {
+    zoom.all();
+    drawMarks();
+  });
+  context.toMark = (direction) => {
+    const at = store.snapshot?.time ?? 0;
+    const { first, last } = recorded();
+    const times = store.marked.filter((line) => line.mark !== null && store.isCurrent(line)).map(({ time_s }) => time_s);
+    const beyond = times.filter((time) => time >= first && time <= last && direction * (time - at) > SAME_MOMENT_S);
+    if (beyond.length === 0) return context.notify(`no ${direction > 0 ? "later" : "earlier"} mark`);
+    play.seek(direction > 0 ? Math.min(...beyond) : Math.max(...beyond));
+  };
   bar.addEventListener("keydown", (event) => {
     const step = { ArrowLeft: -0.1, ArrowRight: 0.1, PageUp: -5, PageDown: 5 }[event.key];
     if (step === undefined) return;
@@ -86,6 +113,8 @@ export function mountTimeline(context: PanelContext, host: HTMLElement): void {
     const time = store.snapshot?.time ?? 0;
     const { first, last } = span();
     cursor.style.left = `${100 * share(time)}%`;
+    cursor.hidden = time < first || time > last;
+    whole.hidden = !zoom.isZoomed;
     range.hidden = play.range === null;
     if (play.range !== null) {
       range.style.left = `${100 * share(play.range[0])}%`;
@@ -106,7 +135,7 @@ export function mountTimeline(context: PanelContext, host: HTMLElement): void {
   const legend = MARKS.map(([mark, about]) => el("span", {}, el("i", { "data-mark": mark }), about));
   const lanes = mountLanes(context, span);
   listen(lanes.root);
-  const live = el("div", { class: "row" }, liveButton(context, () => play.seek(null)), lanes.fold, linkButton(context));
+  const live = el("div", { class: "row" }, liveButton(context, () => play.seek(null)), lanes.fold, linkButton(context), whole);
   host.replaceChildren(
     live,
     now,

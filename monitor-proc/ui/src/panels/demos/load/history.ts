@@ -45,8 +45,11 @@ export class LoadHistory {
     return this.looksBack ? (this.store.snapshot?.time ?? null) : null;
   }
 
+  /** A grip breaks at its limit, in one tick that no snapshot may show. */
   get samples(): Sample[] {
-    return this.looksBack ? (this.past?.samples ?? []) : this.live;
+    const samples = this.looksBack ? (this.past?.samples ?? []) : this.live;
+    const breaks = this.breaks.map(({ time_s }) => ({ time_s, load: 1, force_n: null }));
+    return breaks.length === 0 ? samples : [...samples, ...breaks].sort((a, b) => a.time_s - b.time_s);
   }
 
   /** From when to when is shown (s). */
@@ -80,7 +83,7 @@ export class LoadHistory {
     if (this.looksBack) return;
     const last = this.live.at(-1)?.time_s ?? -Infinity;
     const { time } = snapshot;
-    if (time >= last && time < last + STEP_S) return;
+    if (time >= last && time < last + STEP_S) return this.raise(snapshot);
     if (time < last || (time > last + GAP_S && last >= 0)) {
       this.live = [];
       this.wantsEarlier = true;
@@ -88,6 +91,14 @@ export class LoadHistory {
     const force = this.store.status?.equipment?.suction[this.arm]?.force_n ?? null;
     this.live.push(this.sample(snapshot, force));
     while ((this.live[0]?.time_s ?? time) < time - WINDOW_S) this.live.shift();
+  }
+
+  /** A sample has the largest load of its interval. */
+  private raise({ arms }: Snapshot): void {
+    const sample = this.live.at(-1);
+    const arm = arms[this.arm];
+    if (sample === undefined || arm?.attached !== true) return;
+    sample.load = Math.max(sample.load ?? 0, arm.load);
   }
 
   private sample({ time, arms }: Snapshot, force_n: number | null): Sample {

@@ -3,9 +3,9 @@ import dagre from "@dagrejs/dagre";
 import type { Graph } from "../../../net/protocol";
 
 const CHAR_PX = 6.6;
-const LABEL_CHAR_PX = 5.2;
+const LABEL_CHAR_PX = 6.2;
 const NODE_HEIGHT = 26;
-const LABEL_HEIGHT = 12;
+const LABEL_HEIGHT = 14;
 const MARGIN_PX = 2;
 /** More labels than this would cover the picture. */
 const MANY_EDGES = 40;

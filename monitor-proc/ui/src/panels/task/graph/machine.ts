@@ -21,7 +21,10 @@ export function machineView(place: Place): GraphView {
       drawing.show();
       table.show();
     },
-    follow: () => {},
+    follow: () => {
+      drawing.follow();
+      table.follow();
+    },
     mark: (found) => drawing.mark(found),
     select: (node) => drawing.select(node),
   };
@@ -64,6 +67,14 @@ class MachineDrawing {
     const same = edges.findIndex((edge) => edge.from === last?.from && edge.to === last.to);
     const taken = named < 0 && graph.kind === "matrix" ? same : named;
     for (const [index, edge] of this.edges.entries()) edge.classList.toggle("last", index === taken);
+  }
+
+  /** Keeps the active state in sight. */
+  follow(): void {
+    const letters = this.place.context.store.letters[this.place.at] ?? "";
+    const active = this.laid.nodes.findIndex((_, index) => letters[index] === "R" && this.laid.holds[index] !== true);
+    const box = this.laid.nodes[active];
+    if (box !== undefined) this.viewport.watch(box.x, box.y);
   }
 
   mark(found: ReadonlySet<number>): void {

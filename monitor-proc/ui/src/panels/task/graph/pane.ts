@@ -9,6 +9,7 @@ import { machineView } from "./machine";
 import { machineMode, treeMode } from "./mode";
 import { Outline } from "./outline";
 import type { GraphView, Place } from "./place";
+import { type Running, runningNow } from "./running";
 import { type Strip, stateStrip } from "./strip";
 import { TreeDrawing } from "./tree-drawing";
 
@@ -26,6 +27,7 @@ class Pane {
   private readonly tree = treeMode.buttons();
   private readonly machine = machineMode.buttons();
   private readonly strip: Strip;
+  private readonly running: Running;
 
   constructor(
     private readonly context: PanelContext,
@@ -36,11 +38,12 @@ class Pane {
   ) {
     this.finder = new Finder(() => context.store.graphs[index()], () => this.view);
     this.strip = stateStrip(context);
+    this.running = runningNow(context.store, index, (node) => this.view?.select(node));
     this.tools.append(this.finder.field, this.finder.count, this.tree, this.machine, el("span", { class: "spacer" }), ...extra);
   }
 
   get parts(): HTMLElement[] {
-    return [this.tools, this.strip.root, this.body];
+    return [this.tools, this.strip.root, this.running.root, this.body];
   }
 
   /** Listens until the function that is returned is called. */
@@ -65,8 +68,14 @@ class Pane {
     this.tree.hidden = !isTree;
     this.machine.hidden = isTree;
     this.strip.root.classList.toggle("none", isTree);
+    this.running.root.hidden = !isTree;
     this.finder.refresh();
+    this.show();
+  }
+
+  show(): void {
     this.view?.show();
+    this.running.show();
   }
 }
 
@@ -86,7 +95,7 @@ export function graphPane(context: PanelContext, choice: GraphChoice, onNode: (n
   pane.listen(root, draw);
   context.store.on("graph", (index) => {
     if (index !== choice.index) return;
-    pane.view?.show();
+    pane.show();
     // A person who reads is not led away.
     if (!root.matches(":hover, :focus-within") && root.checkVisibility()) pane.view?.follow();
   });
@@ -105,7 +114,7 @@ function enlarge(context: PanelContext, index: number): void {
   close.addEventListener("click", () => dialog.close());
   const draw = () => pane.draw(el("p", {}));
   const off = [
-    store.on("graph", (changed) => changed === index && pane.view?.show()),
+    store.on("graph", (changed) => changed === index && pane.show()),
     store.on("graphs", () => dialog.close()),
     pane.listen(dialog, draw),
   ];

@@ -2,11 +2,14 @@
 // the active state and the cell or row taken last stand out.
 import type { Graph } from "../../../net/protocol";
 import type { Store } from "../../../net/store";
-import { el, setAttr } from "../../dom";
+import { el, reveal, revealAcross, setAttr } from "../../dom";
+import { term } from "../../terms";
 
 export interface LiveTable {
   root: HTMLElement;
   show: () => void;
+  /** Brings the active state into sight. */
+  follow: () => void;
 }
 
 interface Cell {
@@ -75,7 +78,8 @@ function matrixTable(store: Store, at: number, graph: Graph): LiveTable {
       node.classList.toggle("last", last?.from === from && last.label === event);
     }
   };
-  return { root, show };
+  const follow = () => revealAcross(root.parentElement, columns.find((column) => column.dataset.status === "R"));
+  return { root, show, follow };
 }
 
 /** The table of a machine: a row a transition. */
@@ -87,7 +91,7 @@ function rowsTable(store: Store, at: number, graph: Graph): LiveTable {
     const node = el("tr", {}, ...states, el("td", {}, breakable(trigger)), el("td", { class: "dim" }, breakable(guard)));
     return { edge, node };
   });
-  const head = ["from", "to", "trigger", "guard"].map((text) => el("th", { scope: "col" }, text));
+  const head = ["from", "to", "trigger", "guard"].map((text) => el("th", { scope: "col" }, term(text)));
   const root = el(
     "table",
     { class: "live-table" },
@@ -103,7 +107,11 @@ function rowsTable(store: Store, at: number, graph: Graph): LiveTable {
       node.classList.toggle("last", same);
     }
   };
-  return { root, show };
+  const follow = () => {
+    const active = rows.find(({ node }) => node.dataset.status === "R");
+    reveal(root.parentElement, active?.node);
+  };
+  return { root, show, follow };
 }
 
 /** The table of graph `at`. */

@@ -56,8 +56,13 @@ export class TreeDrawing implements GraphView {
     }
   }
 
-  // Pan and zoom are the person's.
-  follow(): void {}
+  follow(): void {
+    // What runs within a collapsed node is told at that node.
+    let at: number | null = (this.place.context.store.letters[this.place.at] ?? "").lastIndexOf("R");
+    while (at !== null && this.layout.boxes[at] == null) at = this.shape.parents[at] ?? null;
+    const box = at === null ? null : this.layout.boxes[at];
+    if (box != null) this.viewport.watch(box.x + box.width / 2, box.y);
+  }
 
   mark(found: ReadonlySet<number>): void {
     this.found = found;

@@ -10,6 +10,8 @@ export interface Bounds {
 }
 
 const [LEAST, MOST] = [0.1, 6];
+/** Fitting makes a drawing no smaller: its text has 11 px at this scale, and what runs is kept in sight instead. */
+const LEAST_FIT = 1;
 const STEP = 1.25;
 const WHEEL_RATE = 0.0015;
 /** Pixels of one line of a wheel that counts lines. */
@@ -19,6 +21,14 @@ const PAN_PX = 40;
 const CLICK_PX = 4;
 const PAD_PX = 8;
 
+/** Where the origin of a drawing is along one axis (px): in the middle if it fits `room`, else so that `watched` is in
+ * sight and no room is left empty. */
+function placed(room: number, scale: number, from: number, length: number, watched: number): number {
+  if (scale * length <= room) return room / 2 - scale * (from + length / 2);
+  const wanted = room / 2 - scale * watched;
+  return Math.min(Math.max(wanted, room - PAD_PX - scale * (from + length)), PAD_PX - scale * from);
+}
+
 export class Viewport {
   readonly root: HTMLElement;
   /** What is drawn goes in here. */
@@ -26,6 +36,8 @@ export class Viewport {
   private readonly look;
   private readonly pointers = new Map<number, { x: number; y: number }>();
   private dragged = false;
+  /** The point of the drawing that stays in sight where the whole does not fit. */
+  private watched: { x: number; y: number } | null = null;
 
   constructor(
     key: string,
@@ -72,10 +84,18 @@ export class Viewport {
   /** Pans so that a point of the drawing is in the middle, where it is not well inside. */
   reveal(x: number, y: number): void {
     const { look } = this;
+    if (look.fit) return this.watch(x, y);
     const [atX, atY] = [look.x + look.scale * x, look.y + look.scale * y];
     const { clientWidth: width, clientHeight: height } = this.root;
     const inside = atX > 0.15 * width && atX < 0.85 * width && atY > 0.15 * height && atY < 0.85 * height;
-    if (!inside && !look.fit) this.pan(width / 2 - atX, height / 2 - atY);
+    if (!inside) this.pan(width / 2 - atX, height / 2 - atY);
+  }
+
+  /** Keeps a point of the drawing in sight until a person pans or zooms. */
+  watch(x: number, y: number): void {
+    if (this.watched?.x === x && this.watched.y === y) return;
+    this.watched = { x, y };
+    if (this.look.fit) this.apply();
   }
 
   private centre(): { x: number; y: number } {
@@ -89,9 +109,10 @@ export class Viewport {
       // What is not shown has no size; it gets one when it is.
       if (width === 0 || height === 0) return;
       const fits = Math.min((width - 2 * PAD_PX) / bounds.width, (height - 2 * PAD_PX) / bounds.height);
-      look.scale = Math.min(Math.max(fits, LEAST), this.fitMost);
-      look.x = width / 2 - look.scale * (bounds.left + bounds.width / 2);
-      look.y = height / 2 - look.scale * (bounds.top + bounds.height / 2);
+      look.scale = Math.min(Math.max(fits, LEAST_FIT), this.fitMost);
+      const { x, y } = this.watched ?? { x: bounds.left + bounds.width / 2, y: bounds.top };
+      look.x = placed(width, look.scale, bounds.left, bounds.width, x);
+      look.y = placed(height, look.scale, bounds.top, bounds.height, y);
     }
     setAttr(this.world, "transform", `translate(${look.x.toFixed(2)} ${look.y.toFixed(2)}) scale(${look.scale.toFixed(4)})`);
   }

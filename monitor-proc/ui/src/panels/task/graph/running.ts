@@ -1,0 +1,42 @@
+// The nodes that run now, each a button that leads to its place in the graph.
+import type { Store } from "../../../net/store";
+import { el } from "../../dom";
+import { words } from "../../format";
+
+/** More would take the room of the graph. */
+const SHOWN = 6;
+
+export interface Running {
+  root: HTMLElement;
+  show: () => void;
+}
+
+/** The running nodes of the graph `index()` of which no child runs. */
+function deepest(store: Store, index: number): number[] {
+  const graph = store.graphs[index];
+  const letters = store.letters[index] ?? "";
+  if (graph === undefined) return [];
+  const above = new Set(graph.nodes.flatMap(({ parent }, node) => (letters[node] === "R" && parent !== null ? [parent] : [])));
+  return graph.nodes.flatMap((_, node) => (letters[node] === "R" && !above.has(node) ? [node] : []));
+}
+
+export function runningNow(store: Store, index: () => number, select: (node: number) => void): Running {
+  const list = el("span", { class: "row" });
+  const root = el("div", { class: "running-now", role: "group", "aria-label": "Running now" }, el("span", { class: "dim" }, "Running now"), list);
+  let shown = "";
+  const show = () => {
+    const nodes = deepest(store, index());
+    const key = `${index()} ${nodes.join(" ")}`;
+    if (key === shown) return;
+    shown = key;
+    const buttons = nodes.slice(0, SHOWN).map((node) => {
+      const name = store.graphs[index()]?.nodes[node]?.name ?? "";
+      const button = el("button", { type: "button", class: "button small quiet", title: `Show ${name} in the graph` }, words(name));
+      button.addEventListener("click", () => select(node));
+      return button;
+    });
+    const more = nodes.length - buttons.length;
+    list.replaceChildren(...(buttons.length > 0 ? buttons : [el("span", { class: "dim" }, "nothing")]), more > 0 ? ` and ${more} more` : "");
+  };
+  return { root, show };
+}
