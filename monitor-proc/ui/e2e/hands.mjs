@@ -98,7 +98,7 @@ class Person {
 
   /** What the line below the tool says (m). */
   async below() {
-    const label = this.page.locator("#view .label", { hasText: /^\d+ mm$/ }).first();
+    const label = this.page.locator("#view .label", { hasText: /^\d+ mm to / }).first();
     return numbersOf(await label.innerText())[0] / 1000;
   }
 

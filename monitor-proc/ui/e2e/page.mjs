@@ -45,6 +45,7 @@ page.setDefaultTimeout(PATIENCE_MS);
 // Who has been here before has closed the guide: it covers nothing that is pressed.
 if (!SEES_GUIDE.includes(name)) {
   await page.addInitScript((demos) => {
+    if (location.protocol === "about:") return;
     for (const demo of demos) localStorage.setItem(`robocell-guide-${demo}`, "closed");
   }, DEMOS);
 }
@@ -60,6 +61,8 @@ page.on("dialog", (dialog) => {
 
 const test = {
   page,
+  /** The page without its token. */
+  home: link.split("?")[0],
   robocell,
   /** The value of `look` on the page, which gets `window.robocell`. */
   look: (look, arg) => page.evaluate(`(${look})(window.robocell, ${JSON.stringify(arg ?? null)})`),

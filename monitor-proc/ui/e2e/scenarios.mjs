@@ -2,6 +2,7 @@
 import { existsSync } from "node:fs";
 import { bins, flip, manual, pallet } from "./bins.mjs";
 import { breakpoints, breakspots, code, policy, saved } from "./debug.mjs";
+import { levels, readable } from "./looks.mjs";
 import { recorded, status } from "./status.mjs";
 import { guide, reach, scenes, sharp, views } from "./first.mjs";
 import { NOT_LIVE, PAUSED, TASK_PAUSED, flag, noFlag, starts } from "./flags.mjs";
@@ -123,7 +124,7 @@ async function pullNearer({ page, look, until, same }) {
     await page.mouse.move(beside - 6, y + 6 * step);
     await page.waitForTimeout(60);
   }
-  await page.locator(".label", { hasText: /^\d+ mm$/ }).waitFor();
+  await page.locator(".label", { hasText: /^\d+ mm to / }).waitFor();
   await until(
     "physics moved the cube across the table",
     (r, [i, before]) => {
@@ -557,5 +558,5 @@ export const scenarios = {
   outline, drawing, guards, breakpoints, breakspots, policy, saved, code,
   inspector, joints, ticks, answers, jobDrawing, load, targets,
   guide, views, sharp, reach, scenes,
-  jog, grasp, hands, status, recorded,
+  jog, grasp, hands, status, recorded, levels, readable,
 };

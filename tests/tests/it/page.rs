@@ -437,6 +437,20 @@ fn a_recording_shows_its_incidents_lanes_and_faults() {
 
 #[test]
 #[ignore = "slow: .ci/long"]
+fn every_level_of_quality_has_the_same_tones_and_no_false_shadow() {
+    for demo in DEMOS {
+        browse("levels", &[demo, "--paused"]);
+    }
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn the_task_can_be_read_terms_are_explained_and_the_timeline_zooms() {
+    browse("readable", &["franka-stack", "--paused"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
 fn the_guide_is_closed_for_good_comes_back_on_demand_and_is_in_no_picture() {
     browse("guide", &["franka-stack", "--paused"]);
 }

@@ -13,7 +13,7 @@ const MOUSE: Entries = [
   ["… and Ctrl", "straight up and down"],
   ["… and wheel", "raise, lower"],
   ["Drag an arrow", "lead the arm (task paused, or reach)"],
-  ["… and Shift", "a tenth as far"],
+  ["… and Shift", "a tenth as far; an arrow is taken before the object behind it"],
 ];
 
 const TOUCH: Entries = [

@@ -65,5 +65,6 @@ export function mountTerms(): void {
   document.addEventListener("keydown", ({ key }) => {
     if (key === "Escape") show(null);
   });
-  document.addEventListener("scroll", () => show(null), { capture: true, passive: true });
+  const scrolled = ({ target }: Event) => target instanceof Node && target.contains(shown) && show(null);
+  document.addEventListener("scroll", scrolled, { capture: true, passive: true });
 }

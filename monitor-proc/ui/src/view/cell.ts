@@ -107,15 +107,16 @@ export class Cell {
   /** Points that a picture of the whole cell has to hold (m). */
   outlinePoints(): Vector3[] {
     const points = [...goals(this.scene), ...fixtureCorners(this.scene)];
+    const work = this.work();
     for (const robot of this.robots) {
       const { root } = robot;
       points.push(...cornersOf(new Box3().setFromObject(root)));
       points.push(root.position.clone().setZ(root.position.z + HEADROOM_M));
       const reach = robot.reach();
-      for (const side of [-reach, reach]) {
-        points.push(root.position.clone().setX(root.position.x + side));
-        points.push(root.position.clone().setY(root.position.y + side));
-      }
+      const sides = [[1, 0], [-1, 0], [0, 1], [0, -1]].map(([x, y]) => new Vector3(x, y, 0));
+      // Behind its back an arm that has work in front of it does nothing.
+      const isUsed = (side: Vector3) => work === null || side.dot(work.clone().sub(root.position).setZ(0).normalize()) > BACK;
+      for (const side of sides.filter(isUsed)) points.push(root.position.clone().addScaledVector(side, reach));
     }
     for (const { group } of this.bodies) {
       if (group.visible) points.push(...cornersOf(new Box3().setFromObject(group)));
@@ -128,6 +129,13 @@ export class Cell {
     return points;
   }
 
+  /** The middle of objects and goals; null where there are none. */
+  private work(): Vector3 | null {
+    const bodies = this.bodies.filter(({ group }) => group.visible).map(({ group }) => group.position);
+    const all = [...goals(this.scene), ...bodies];
+    return all.length === 0 ? null : new Box3().setFromPoints(all).getCenter(new Vector3());
+  }
+
   /** Where the objects are drawn (m). */
   positions(): Record<string, Vec3> {
     return Object.fromEntries(
@@ -137,6 +145,9 @@ export class Cell {
     );
   }
 }
+
+/** Directions of more than a right angle and a half from the work are behind an arm (cosine). */
+const BACK = -0.7;
 
 function cornersOf({ min, max }: Box3): Vector3[] {
   return [min.x, max.x].flatMap((x) =>

@@ -28,7 +28,7 @@ const ZENITH = new Color(0x272e37);
 const FLOOR = 0x626b75;
 const LINES = 0x76818c;
 const FINE_SKY = 0.6;
-const PLAIN_SKY = 1.5;
+const PLAIN_SKY = 1.95;
 const REFLECTIONS = 0.5;
 const SHADOW_REACH_M = 1.35;
 /** Cells up to this reach are seen without haze (m). */

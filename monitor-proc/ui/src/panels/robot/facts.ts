@@ -7,7 +7,7 @@ import { stopWords } from "../stop-words";
 import { term } from "../terms";
 
 /** Rows whose text needs the whole width. */
-const WIDE = /^(TCP|opening|suction)/;
+const WIDE = /^(TCP|opening|suction|distance)/;
 /** Clearance of an arm without obstacles (m). */
 const NO_OBSTACLE_M = 999;
 

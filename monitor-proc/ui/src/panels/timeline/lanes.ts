@@ -27,7 +27,7 @@ export function mountLanes(context: PanelContext, window: () => { first: number;
   const cursor = el("i", { class: "lane-cursor" });
   const tracks = el("div", {});
   const root = el("div", { class: "lanes", title: "Click to look at a moment" }, el("div", { class: "lane-area" }, tracks, cursor));
-  const fold = el("button", { type: "button", class: "button small quiet", title: "Phases, grips and processes over time" }, "Lanes");
+  const fold = el("button", { type: "button", class: "button small quiet lanes-button", title: "Phases, grips and processes over time" }, "Lanes");
   let open = (localStorage.getItem(KEY) ?? (innerHeight >= 800 && innerWidth >= 1100 ? "open" : "folded")) === "open";
   const show = () => {
     root.hidden = !open || store.lanes.length === 0;

@@ -40,6 +40,8 @@ export class DropLine {
     const floor = hit?.point ?? from.clone().setZ(cell.floor);
     this.line.add(from, floor);
     const millimetres = Math.max(0, 1000 * (from.z - floor.z));
-    labels.show(`drop line ${this.root.id}`, `${millimetres.toFixed(0)} mm`, floor);
+    const { body = null, fixture = null } = hit === undefined ? {} : cell.ownerOf(hit.object);
+    const below = body?.name ?? fixture ?? "the floor";
+    labels.show(`drop line ${this.root.id}`, `${millimetres.toFixed(0)} mm to ${below.replaceAll("_", " ")}`, floor);
   }
 }

@@ -65,7 +65,7 @@ export function layout(graph: Graph): Layout {
   const rankdir = graph.kind === "matrix" ? "LR" : "TB";
   picture.setGraph({ rankdir, nodesep: 26, ranksep: 22, edgesep: 14, marginx: 8, marginy: 8 });
   for (const [index, node] of graph.nodes.entries()) {
-    const width = Math.max(64, CHAR_PX * node.name.length + 24);
+    const width = Math.max(64, CHAR_PX * node.name.length + 34);
     picture.setNode(String(index), { width, height: NODE_HEIGHT });
     if (node.parent !== null && node.parent < index) picture.setParent(String(index), String(node.parent));
   }

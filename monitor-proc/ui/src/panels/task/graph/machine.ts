@@ -10,6 +10,9 @@ import { aboutNode, type GraphView, keyOf, type Place } from "./place";
 import { liveTable } from "./table";
 import { Viewport } from "./viewport";
 
+/** Room for the mark of a breakpoint at the left of a state. */
+const BREAK_PX = 12;
+
 export function machineView(place: Place): GraphView {
   const drawing = new MachineDrawing(place);
   const table = liveTable(place.context.store, place.at, place.graph);
@@ -102,7 +105,8 @@ class MachineDrawing {
       { class: isBox ? "state holds" : "state", tabindex: 0, role: "button" },
       svg("title", {}, aboutNode(graph, index)),
       svg("rect", { x: left, y: top, width: box.width, height: box.height, rx: 6 }),
-      svg("text", { x: box.x, y: isBox ? top + 12 : box.y + 4 }, name),
+      // Beside the mark of a breakpoint.
+      svg("text", { x: box.x + BREAK_PX / 2, y: isBox ? top + 12 : box.y + 4 }, name),
       breakSpot(context, name, left + 8, isBox ? top + 9 : box.y),
     );
     const choose = () => {

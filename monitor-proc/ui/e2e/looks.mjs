@@ -1,0 +1,120 @@
+// What is drawn and written can be read, and the picture shows nothing that is not there.
+
+/** Levels of the quality ladder without shadows. */
+const NO_SHADOWS = [4, 5, 6];
+const LEVELS = [0, 1, 2, 3, ...NO_SHADOWS];
+/** Largest difference of two pictures, of 255: of the median block, and of any block. */
+const SAME_TONE = 8;
+const SAME_BLOCK = 10;
+
+/** The picture as it is drawn now, as the brightness of 32 x 18 blocks. */
+async function blocks({ page, look }) {
+  await page.waitForTimeout(300);
+  return look((r) => {
+    const canvas = document.createElement("canvas");
+    [canvas.width, canvas.height] = [32, 18];
+    const brush = canvas.getContext("2d");
+    brush.imageSmoothingQuality = "high";
+    // Drawn and copied at once: the browser keeps no picture of a finished frame.
+    r.view.pixels();
+    brush.drawImage(r.view.screen.canvas, 0, 0, 32, 18);
+    const { data } = brush.getImageData(0, 0, 32, 18);
+    return Array.from({ length: 32 * 18 }, (_, at) => (data[4 * at] + data[4 * at + 1] + data[4 * at + 2]) / 3);
+  });
+}
+
+function differences(one, other) {
+  return one.map((value, at) => Math.abs(value - other[at])).sort((a, b) => a - b);
+}
+
+/** Every level of quality has the tones of the best one, and no shadow of an earlier picture. */
+export async function levels(test) {
+  const { page, look, until, robocell } = test;
+  const use = (level) => look((r, level) => {
+    r.view.quality.fixed = true;
+    r.view.quality.go(level);
+  }, level);
+  await until("the cell is drawn", (r) => r.view.pictures > 2);
+  const found = new Map();
+  for (const level of LEVELS) {
+    await use(level);
+    found.set(level, await blocks(test));
+  }
+  for (const level of LEVELS) {
+    const all = differences(found.get(level), found.get(0));
+    const median = all[Math.floor(all.length / 2)];
+    if (median > SAME_TONE) throw new Error(`the tones of level ${level} are ${median.toFixed(1)} from those of level 0`);
+  }
+  // The arm moves while shadows are drawn; the levels without them must not keep one.
+  await use(2);
+  robocell("step", "1500");
+  await until("the cell was stepped", (r) => r.store.snapshot.tick >= 1500);
+  const later = new Map();
+  for (const level of NO_SHADOWS) {
+    await use(2);
+    await blocks(test);
+    await use(level);
+    later.set(level, await blocks(test));
+  }
+  // From where it is seen now: the whole cell is framed by where the arm was when the page was opened.
+  const camera = await look((r) => r.view.eye.numbers());
+  for (const level of NO_SHADOWS) {
+    await page.goto("about:blank");
+    await page.goto(`${test.home}#quality=${level}&cam=${camera}`);
+    await until("the page is there again", (r) => r !== undefined && r.view.pictures > 2 && r.store.snapshot !== null);
+    const all = differences(later.get(level), await blocks(test));
+    const worst = all.at(-1);
+    if (worst > SAME_BLOCK) throw new Error(`level ${level} after one with shadows differs by ${worst.toFixed(1)} from a page that never had any`);
+  }
+}
+
+/** Texts of the task at first sight, explanations of terms, and the timeline by wheel and keys. */
+export async function readable({ page, look, until, same, robocell }) {
+  robocell("resume");
+  const active = page.locator('.machine .state[data-status="R"]:not(.holds) text').first();
+  await active.waitFor();
+  await until("a phase has passed", (r) => r.store.lanes.filter(({ kind, label }) => kind === "phase" && label !== "").length >= 3);
+  const seen = await look(() => {
+    const text = document.querySelector('.machine .state[data-status="R"]:not(.holds) text');
+    const view = document.querySelector(".viewport").getBoundingClientRect();
+    const box = text.getBoundingClientRect();
+    const scale = text.getScreenCTM().a;
+    const inside = box.left >= view.left && box.right <= view.right && box.top >= view.top && box.bottom <= view.bottom;
+    const table = [...document.querySelectorAll(".live-table td")].map((cell) => parseFloat(getComputedStyle(cell).fontSize));
+    return { px: scale * parseFloat(getComputedStyle(text).fontSize), inside, table: Math.min(...table) };
+  });
+  if (!(seen.px >= 11 && seen.table >= 11)) throw new Error(`texts of ${seen.px} px in the graph and ${seen.table} px in the table`);
+  same("the active state is in view", seen.inside, true);
+  const note = page.locator("#term-note");
+  const term = page.locator('.term[data-term="resyncs"]');
+  await term.hover();
+  await page.locator("#term-note", { hasText: "began again" }).waitFor();
+  await page.mouse.move(5, 400);
+  await note.waitFor({ state: "hidden" });
+  await term.focus();
+  await note.waitFor();
+  await page.keyboard.press("Escape");
+  await note.waitFor({ state: "hidden" });
+  robocell("pause");
+  const bar = page.locator(".time-track .bar");
+  const box = await bar.boundingBox();
+  await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+  const length = async () => Number(await bar.getAttribute("aria-valuemax")) - Number(await bar.getAttribute("aria-valuemin"));
+  const whole = await length();
+  await page.mouse.wheel(0, -400);
+  await until("the wheel zooms", (r, whole) => {
+    const node = document.querySelector(".time-track .bar");
+    return node.ariaValueMax - node.ariaValueMin < 0.7 * whole;
+  }, whole);
+  await page.getByRole("button", { name: "All", exact: true }).click();
+  await until("all is shown again", (r, whole) => {
+    const node = document.querySelector(".time-track .bar");
+    return node.ariaValueMax - node.ariaValueMin >= whole - 0.01;
+  }, whole);
+  robocell("restart", "controller");
+  await until("the restart is marked", (r) => r.store.marked.some(({ mark }) => mark === "restart"));
+  robocell("step", "500");
+  await page.locator("#view").click({ position: { x: 5, y: 300 } });
+  await page.keyboard.press("[");
+  await until("the mark before is shown", (r) => (r.store.snapshot.flags & 16) !== 0);
+}
