@@ -5,6 +5,7 @@ import { button, setIcon } from "../button";
 import type { PanelContext } from "../context";
 import { el, setAttr, setText } from "../dom";
 import { mountLanes } from "./lanes";
+import { episodes } from "./episodes";
 import { drawnMarks } from "./marks";
 import { playback } from "./playback";
 import { seeker } from "./seeker";
@@ -143,6 +144,7 @@ export function mountTimeline(context: PanelContext, host: HTMLElement): void {
     track,
     to,
     play.root,
+    episodes(context),
     lanes.root,
     el("div", { class: "legend dim" }, ...legend),
   );

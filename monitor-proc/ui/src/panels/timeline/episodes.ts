@@ -1,0 +1,47 @@
+// The runs of `--loop` that this page has seen, one after the other: each seed with its outcome.
+import type { PanelContext } from "../context";
+import { el } from "../dom";
+import { words } from "../format";
+
+/** More would not fit beside each other. */
+const KEPT_EPISODES = 40;
+
+interface Episode {
+  run: string;
+  demo: string;
+  seed: number;
+  outcome: string;
+  reason: string;
+  length_s: number;
+}
+
+function drawn({ seed, outcome, reason, length_s }: Episode): HTMLElement {
+  const tone = { done: "ok", failed: "bad" }[outcome] ?? "dim";
+  const why = reason === "" ? "" : `: ${words(reason)}`;
+  return el("i", { "data-tone": tone, title: `Seed ${seed}: ${outcome}${why}, ${length_s.toFixed(1)} s` }, String(seed));
+}
+
+export function episodes(context: PanelContext): HTMLElement {
+  const { store } = context;
+  const list = el("div", { class: "episode-list" });
+  const root = el("div", { class: "episodes", hidden: true, role: "group", "aria-label": "Earlier runs" }, el("span", { class: "lane-name" }, "seeds"), list);
+  let now: Episode | null = null;
+  const past: Episode[] = [];
+  store.on("status", ({ task }) => {
+    const { hello, snapshot } = store;
+    if (hello?.live !== true || store.past !== null) return;
+    const { id, demo, seed } = hello.run;
+    now = { run: id, demo, seed, outcome: task.outcome, reason: task.reason, length_s: snapshot?.time ?? 0 };
+  });
+  store.on("hello", ({ run }) => {
+    if (now === null || now.run === run.id) return;
+    // Another demo begins a list of its own.
+    if (now.demo !== run.demo) past.length = 0;
+    else past.push(now);
+    past.splice(0, past.length - KEPT_EPISODES);
+    now = null;
+    list.replaceChildren(...past.map(drawn));
+    root.hidden = past.length === 0;
+  });
+  return root;
+}
