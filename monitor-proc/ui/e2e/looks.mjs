@@ -118,3 +118,43 @@ export async function readable({ page, look, until, same, robocell }) {
   await page.keyboard.press("[");
   await until("the mark before is shown", (r) => (r.store.snapshot.flags & 16) !== 0);
 }
+
+/** A phone: state and phase are in view, the time can be chosen, and a finger that stays on a cube pulls it. */
+export async function phone({ page, look, until, robocell }) {
+  await page.setViewportSize({ width: 390, height: 844 });
+  const devtools = await page.context().newCDPSession(page);
+  await devtools.send("Emulation.setTouchEmulationEnabled", { enabled: true });
+  const touch = (type, ...points) => devtools.send("Input.dispatchTouchEvent", { type, touchPoints: points.map(([x, y]) => ({ x, y })) });
+  // The task would take the cube.
+  robocell("task", "pause");
+  robocell("resume");
+  await page.locator("#status .state", { hasText: "Task paused" }).waitFor();
+  const name = "blue_cube";
+  const index = await look((r, name) => r.store.scene.objects.findIndex((one) => one.name === name), name);
+  const before = await look((r, i) => r.store.snapshot.objects[i].pose.slice(0, 3), index);
+  const [x, y] = await look((r, name) => r.view.screenOf(name), name);
+  await touch("touchStart", [x, y]);
+  await page.waitForTimeout(800);
+  for (let step = 1; step <= 10; step++) {
+    await touch("touchMove", [x, y + 3 * step]);
+    await page.waitForTimeout(60);
+  }
+  await page.locator(".label", { hasText: /^\d+ mm to / }).first().waitFor();
+  await until(
+    "the finger moved the cube",
+    (r, [i, before]) => Math.hypot(...[0, 1].map((axis) => r.store.snapshot.objects[i].pose[axis] - before[axis])) > 0.03,
+    [index, before],
+  );
+  await touch("touchEnd");
+  robocell("pause");
+  const box = await page.locator(".time-track .bar").boundingBox();
+  if (box.width < 100) throw new Error(`the timeline is ${box.width} px wide`);
+  await touch("touchStart", [box.x + 5, box.y + box.height / 2]);
+  await touch("touchEnd");
+  await page.locator("#status .state", { hasText: "Past" }).waitFor();
+  const overlap = await look(() => {
+    const [time, bar] = [".now", ".time-track"].map((at) => document.querySelector(`#bottom ${at}`).getBoundingClientRect());
+    return time.right > bar.left + 1 && time.bottom > bar.top + 1 && time.top < bar.bottom - 1;
+  });
+  if (overlap) throw new Error("the time covers the timeline");
+}

@@ -2,7 +2,7 @@
 import { existsSync } from "node:fs";
 import { bins, flip, manual, pallet } from "./bins.mjs";
 import { breakpoints, breakspots, code, policy, saved } from "./debug.mjs";
-import { levels, readable } from "./looks.mjs";
+import { levels, phone, readable } from "./looks.mjs";
 import { recorded, status } from "./status.mjs";
 import { guide, reach, scenes, sharp, views } from "./first.mjs";
 import { NOT_LIVE, PAUSED, TASK_PAUSED, flag, noFlag, starts } from "./flags.mjs";
@@ -558,5 +558,5 @@ export const scenarios = {
   outline, drawing, guards, breakpoints, breakspots, policy, saved, code,
   inspector, joints, ticks, answers, jobDrawing, load, targets,
   guide, views, sharp, reach, scenes,
-  jog, grasp, hands, status, recorded, levels, readable,
+  jog, grasp, hands, status, recorded, levels, readable, phone,
 };

@@ -445,6 +445,12 @@ fn every_level_of_quality_has_the_same_tones_and_no_false_shadow() {
 
 #[test]
 #[ignore = "slow: .ci/long"]
+fn a_phone_shows_the_state_chooses_a_time_and_pulls_an_object_by_touch() {
+    browse("phone", &["franka-stack", "--paused"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
 fn the_task_can_be_read_terms_are_explained_and_the_timeline_zooms() {
     browse("readable", &["franka-stack", "--paused"]);
 }

@@ -6,6 +6,8 @@ interface Label {
   element: HTMLElement;
   at: Vector3;
   used: boolean;
+  /** Half its width (pixels); null until it was measured. */
+  half: number | null;
 }
 
 export class Labels {
@@ -26,14 +28,19 @@ export class Labels {
   show(key: string, text: string, at: Vector3, kind = ""): HTMLElement {
     let label = this.labels.get(key);
     if (label === undefined) {
-      label = { element: document.createElement("div"), at: new Vector3(), used: true };
+      label = { element: document.createElement("div"), at: new Vector3(), used: true, half: null };
       this.layer.append(label.element);
       this.labels.set(key, label);
     }
     label.used = true;
     label.at.copy(at);
     label.element.className = `label ${kind}`;
-    if (label.element.textContent !== text) label.element.textContent = text;
+    const before = label.element.textContent ?? "";
+    if (before !== text) {
+      label.element.textContent = text;
+      // Measuring costs a layout, and other digits are as wide.
+      if (before.length !== text.length) label.half = null;
+    }
     return label.element;
   }
 
@@ -53,7 +60,10 @@ export class Labels {
       at.copy(label.at).project(camera);
       const seen = at.z < 1 && Math.abs(at.x) < 1.1 && Math.abs(at.y) < 1.1;
       label.element.style.display = seen ? "" : "none";
-      const x = (0.5 + at.x / 2) * width;
+      if (!seen) continue;
+      label.half ??= label.element.offsetWidth / 2;
+      // A text at the border stays in the picture.
+      const x = Math.min(Math.max((0.5 + at.x / 2) * width, label.half), Math.max(label.half, width - label.half));
       const y = (0.5 - at.y / 2) * height;
       label.element.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px) translate(-50%, -130%)`;
     }
