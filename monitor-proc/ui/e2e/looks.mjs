@@ -125,11 +125,10 @@ export async function phone({ page, look, until, robocell }) {
   const devtools = await page.context().newCDPSession(page);
   await devtools.send("Emulation.setTouchEmulationEnabled", { enabled: true });
   const touch = (type, ...points) => devtools.send("Input.dispatchTouchEvent", { type, touchPoints: points.map(([x, y]) => ({ x, y })) });
-  // The task would take the cube.
-  robocell("task", "pause");
   robocell("resume");
-  await page.locator("#status .state", { hasText: "Task paused" }).waitFor();
-  const name = "blue_cube";
+  await page.locator("#status .state", { hasText: "Running" }).waitFor();
+  // The last one that the task takes.
+  const name = "yellow_cube";
   const index = await look((r, name) => r.store.scene.objects.findIndex((one) => one.name === name), name);
   const before = await look((r, i) => r.store.snapshot.objects[i].pose.slice(0, 3), index);
   const [x, y] = await look((r, name) => r.view.screenOf(name), name);

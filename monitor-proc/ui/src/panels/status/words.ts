@@ -93,7 +93,7 @@ function task({ task, taskPaused, startEvent, held }: Facts): Line {
   if (taskPaused) return line("warn", "Task paused", "you lead the arm and the gripper", "resume");
   if (task.outcome === "done") return line("ok", "Done", placed(task.placed.length), "again");
   const idle = task.outcome === "idle";
-  if (idle && startEvent && !task.started) return line("info", "Waiting", "for the start event", "start");
+  if (startEvent && !task.started) return line("info", "Waiting", "for the start event", "start");
   if (task.wait !== "") return line("warn", "Waiting", task.wait);
   const phase = words(task.phase);
   const objects = held.length > 0 ? ` · holds ${held.join(", ")}` : "";

@@ -14,9 +14,10 @@ export function taskButtons(context: PanelContext): HTMLElement {
   const begun = (): string | null => {
     if (paused()) return "the task is paused: resume it";
     if (ended()) return null;
+    // A task may call itself running while it waits for the start event.
+    if (waits() && context.store.status?.task.started !== true) return null;
     if (outcome() === "running") return "the task is running";
-    if (waits()) return context.store.status?.task.started === true ? "the start event was given" : null;
-    return "this task starts without a start event: press Play";
+    return waits() ? "the start event was given" : "this task starts without a start event: press Play";
   };
   const first = eitherAction(start, again, ended);
   const second = eitherAction(pause, resume, paused);
