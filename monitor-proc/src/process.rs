@@ -76,7 +76,7 @@ pub fn run(start: &Start) -> Result<(), ProcessError> {
     });
     // Before the page: its first request may already be for a recording.
     let recorder = Arc::new(Recorder::start(start, scene.clone()));
-    // Without a page as well: what it would show is recorded.
+    // Also without a page: its log and its lanes are recorded.
     let broadcast = page_server::broadcast(start, scene);
     // Before the first page connects: each line of the log is sent to it once.
     files.restore_into(&broadcast, &start.spec);

@@ -157,7 +157,7 @@ impl Broadcast {
         self.add_event(time_s, "lifecycle", TraceEvent::Restart, text);
     }
 
-    /// Adds lines that a monitor added when what is shown was recorded.
+    /// Adds lines of the channel `page` of a recording.
     pub fn add_recorded(&self, lines: impl IntoIterator<Item = Value>) {
         let trace = &mut self.lock().trace;
         lines.into_iter().for_each(|line| trace.add_recorded(line));

@@ -1,14 +1,14 @@
 // Terms with a short explanation on hover, focus and tap.
 import { el } from "./dom";
 
-/** Each in one or two sentences, for a reader who is new to the cell. */
+/** Each in one or two sentences, for new users. */
 const TERMS: Record<string, string> = {
   RT: "Real-time scheduling: the system runs physics and controllers before everything else.",
   "real-time factor": "Simulated seconds per second of the clock: 1 is real time.",
   TCP: "Tool centre point: the point of the tool that targets are about.",
   setpoint: "The joint position that a controller asks the drives for.",
   measured: "What physics, in the place of sensors, reports.",
-  error: "Measured minus setpoint: how far a joint lags behind what it was asked for.",
+  error: "Measured minus setpoint: the lag of a joint behind its command.",
   effort: "Torque (N m) or force (N) of a drive, as a share of its limit.",
   "distance to target": "Between the measured TCP and the pose that the arm is led to.",
   clearance: "Distance between an arm's collision spheres and the nearest obstacle.",
@@ -56,7 +56,7 @@ export function mountTerms(): void {
     note.textContent = TERMS[node.dataset.term ?? ""] ?? "";
     const at = node.getBoundingClientRect();
     note.style.left = `${Math.max(4, Math.min(at.left, innerWidth - note.offsetWidth - 4))}px`;
-    // Above where there is no room below.
+    // Above the term if the window ends below it.
     const below = at.bottom + 4;
     note.style.top = `${below + note.offsetHeight > innerHeight ? at.top - note.offsetHeight - 4 : below}px`;
   };

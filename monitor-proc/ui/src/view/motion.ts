@@ -3,7 +3,7 @@ import { type ArmState, isUnreachable, type ObjectState, type Snapshot } from ".
 
 /** A motion of less than this part of a pixel is not seen. */
 const SEEN_PX = 0.25;
-/** Bounds of what is not seen, at any distance (m). */
+/** Bounds of a motion that is not visible, at any distance (m). */
 const [LEAST_M, MOST_M] = [1e-4, 1.5e-3];
 
 /** The largest motion that is not seen where a pixel is `pixel_m` wide (m; rad of a joint that moves an arm of a metre). */
@@ -18,7 +18,7 @@ const SEEN_LOAD = 0.005;
 const SEEN_FORCE_N = 0.5;
 const SEEN_FORCE = 0.1;
 
-/** Whether what is drawn of `now` differs from what is drawn of `before` by more than `least` (m, rad). */
+/** Whether the pictures of `before` and `now` differ by more than `least` (m, rad). */
 export function looksOther(before: Snapshot, now: Snapshot, least: number): boolean {
   return (
     before.flags !== now.flags ||

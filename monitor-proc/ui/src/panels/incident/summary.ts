@@ -1,4 +1,4 @@
-// An incident in words: what failed, what the arms did, what is repeated, what fell.
+// An incident in words: the failure, the motion of the arms, repeated time, dropped objects.
 import type { LogLine } from "../../net/protocol";
 
 /** The last cycles of a process, as columns of the same length. */

@@ -12,7 +12,7 @@ const LEAST_S = 0.5;
 export class Zoom {
   private part: TimeSpan | null = null;
 
-  /** What is shown of `all`: time that is no longer recorded is not. */
+  /** The shown part of `all`, the recorded time. */
   of(all: TimeSpan): TimeSpan {
     if (this.part === null) return all;
     const first = Math.max(this.part.first, all.first);
