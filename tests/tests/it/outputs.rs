@@ -115,6 +115,7 @@ fn outputs_about_a_cell_fit_their_schemas() {
         "plot",
         &file,
         "panda/* error",
+        "panda/distance to target",
         "panda/gripper width",
         "--json",
     ];

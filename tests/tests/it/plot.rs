@@ -74,7 +74,13 @@ fn signals_of_a_recording_are_listed_drawn_and_printed() {
     let out = picture.display().to_string();
     let said = plot(&["panda/joint*", "--output", &out]);
     assert_eq!(said.code, 2, "more than 16: {said:?}");
-    let said = plot(&["panda/* error", "panda/TCP z", "--output", &out]);
+    let said = plot(&[
+        "panda/* error",
+        "panda/distance to target",
+        "panda/TCP z",
+        "--output",
+        &out,
+    ]);
     assert_eq!((said.code, said.stdout.as_str()), (0, ""), "{said:?}");
     let svg = std::fs::read_to_string(&picture).expect("a picture");
     for part in [
