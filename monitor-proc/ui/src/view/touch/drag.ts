@@ -65,7 +65,7 @@ export class Drag {
     this.hook.raycast = () => {};
     this.held.add(this.line.lines, this.hook, this.drop.root);
     this.held.visible = false;
-    // A press on a handle of the target takes that, and not what is behind it.
+    // A press on a handle of the target takes the handle, not the object behind it.
     this.snap = new Snap(element, camera, cell, () => this.active || this.taken(), changed);
     this.root.add(this.held, this.snap.root);
     this.listen();
