@@ -18,6 +18,7 @@ use crate::feed::scene;
 use crate::feed::scene_reset::SceneReset;
 use crate::feed::snapshot::{FLAG_RECORDING, Snapshot, encode};
 use crate::feed::status::{StatusInput, speed_text, status};
+use crate::replay::clock::TICK_S;
 use crate::timeline::lanes::{self, LaneState};
 use crate::timeline::restarts::{Restart, Restarts};
 
@@ -174,6 +175,7 @@ impl Publisher {
         self.breakpoints.update(world, decision);
         let lane_states = lanes::lane_states(world, decision, &self.arms, &self.objects);
         let (time_s, epoch) = time_and_epoch(world);
+        self.restarts.take_time(world.header.generation, time_s);
         self.broadcast
             .change_timeline(|timeline| timeline.update(time_s, epoch, lane_states));
         for outcome in self.by_hand.update(world) {
@@ -215,8 +217,7 @@ impl Publisher {
         let time_s = world.map_or(0.0, |w| w.header.sim_time_ns as f64 * 1.0e-9);
         let missed = self.missed_cycles.update(&processes, time_s, now_ns);
         for restart in self.restarts.update(&processes, time_s) {
-            let epoch = world.map(|world| world.header.generation);
-            publish_restart(&self.broadcast, &restart, epoch, time_s);
+            publish_restart(&self.broadcast, &restart, world);
         }
         if let Some(world) = world {
             self.broadcast.keep_world(world);
@@ -271,12 +272,15 @@ fn recent_healths(
 }
 
 /// Shows the start of a process on the timeline and in the log.
-fn publish_restart(broadcast: &Broadcast, restart: &Restart, epoch: Option<u32>, time_s: f64) {
+fn publish_restart(broadcast: &Broadcast, restart: &Restart, world: Option<&WorldState>) {
+    let epoch = world.map(|world| world.header.generation);
+    let time_s = world.map_or(0.0, |world| time_and_epoch(world).0);
+    let resumed_s = world.map_or(0.0, |world| world.resumed_tick as f64 * TICK_S);
     // Its last message may have a later simulated time:
     // physics resumed from a saved state since.
     let (process, down_s) = (restart.process, restart.down_s.min(time_s));
     broadcast.change_timeline(|timeline| timeline.add_downtime(process, epoch, down_s, time_s));
-    if let Some(text) = restart.line() {
+    if let Some(text) = restart.line(resumed_s) {
         broadcast.add_restart(time_s, &text);
     }
 }

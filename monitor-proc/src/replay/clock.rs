@@ -3,7 +3,7 @@
 use crate::page::command::PlayOrder;
 
 /// Length of a tick (s).
-const TICK_S: f64 = 0.001;
+pub(crate) const TICK_S: f64 = 0.001;
 /// A longer pause is a machine that slept (s).
 // Without it the replay would leap by hours after the machine was suspended.
 const MAX_GAP_S: f64 = 0.25;

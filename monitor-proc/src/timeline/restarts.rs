@@ -1,5 +1,6 @@
 //! Restarted processes, for the log and the timeline. The task writes its own lines.
 
+use crate::replay::clock::TICK_S;
 use ipc_types::Health;
 use ipc_types::topic::Process;
 
@@ -7,6 +8,15 @@ use ipc_types::topic::Process;
 #[derive(Default)]
 pub(crate) struct Restarts {
     known: Vec<KnownStart>,
+    clock: Clock,
+}
+
+/// Simulated time of the newest start of physics, and the last one of the start before (s).
+#[derive(Default)]
+struct Clock {
+    start: u32,
+    time_s: f64,
+    before_s: f64,
 }
 
 struct KnownStart {
@@ -26,6 +36,14 @@ pub(crate) struct Restart {
 }
 
 impl Restarts {
+    /// Takes the time of a state of the world; `start` is the one of physics that published it.
+    pub(crate) fn take_time(&mut self, start: u32, time_s: f64) {
+        if self.clock.start != start {
+            (self.clock.start, self.clock.before_s) = (start, self.clock.time_s);
+        }
+        self.clock.time_s = time_s;
+    }
+
     /// Processes with a start not seen before, at `time_s`.
     pub(crate) fn update(
         &mut self,
@@ -47,7 +65,13 @@ impl Restarts {
             let mut known = self.known.iter_mut();
             if let Some(known) = known.find(|known| known.process == *process) {
                 if known.start < start {
-                    new.push(restart(known.heard_s));
+                    let of_physics = *process == Process::Physics && self.clock.start == start;
+                    // Each state is seen, the health only at times.
+                    new.push(restart(if of_physics {
+                        self.clock.before_s
+                    } else {
+                        known.heard_s
+                    }));
                 }
                 (known.start, known.heard_s) = (start, time_s);
                 continue;
@@ -67,10 +91,28 @@ impl Restarts {
 }
 
 impl Restart {
-    /// A line for the log; the task writes its own.
-    pub(crate) fn line(&self) -> Option<String> {
+    /// A line for the log; the task writes its own. `resumed_s` is the time from which the newest
+    /// start of physics continues (simulated s).
+    pub(crate) fn line(&self, resumed_s: f64) -> Option<String> {
         let (name, start) = (self.process.name(), self.start);
-        (self.process != Process::Task).then(|| format!("[cell] {name} restarted: start {start}"))
+        let line = format!("[cell] {name} restarted: start {start}");
+        match self.process {
+            Process::Task => None,
+            Process::Physics => Some(format!("{line}, {}", self.step_back(resumed_s))),
+            _ => Some(line),
+        }
+    }
+
+    /// What a reader of the events needs to see that time is repeated.
+    fn step_back(&self, resumed_s: f64) -> String {
+        let back_s = self.down_s - resumed_s;
+        if resumed_s <= 0.0 {
+            return "from the beginning: no saved state".to_owned();
+        }
+        if back_s < TICK_S {
+            return format!("resumed at {resumed_s:.3} s");
+        }
+        format!("stepped back {back_s:.2} s, to {resumed_s:.3} s; what was after it is repeated")
     }
 }
 
@@ -92,15 +134,24 @@ mod tests {
         assert!(restarts.update(&[(physics, None)], 1.0).is_empty());
         assert!(restarts.update(&[(physics, Some(&one))], 2.0).is_empty());
         assert!(restarts.update(&[(physics, None)], 3.0).is_empty());
+        restarts.take_time(1, 2.0);
+        restarts.take_time(2, 1.25);
         let task = Process::Task;
         let new = restarts.update(&[(physics, Some(&two)), (task, Some(&one))], 4.0);
-        let line = Some("[cell] physics restarted: start 2".to_owned());
-        assert_eq!((new[0].line(), new[0].down_s, new.len()), (line, 2.0, 1));
+        let said = |resumed_s| new[0].line(resumed_s).unwrap();
+        assert_eq!((new[0].down_s, new.len()), (2.0, 1));
+        let back = "stepped back 0.75 s, to 1.250 s; what was after it is repeated";
+        assert_eq!(
+            said(1.25),
+            format!("[cell] physics restarted: start 2, {back}")
+        );
+        assert!(said(2.0).ends_with(", resumed at 2.000 s"), "{}", said(2.0));
+        assert!(said(0.0).ends_with(", from the beginning: no saved state"));
         let both = [(physics, Some(&two)), (task, Some(&two))];
         // The task writes its own line.
-        assert_eq!(restarts.update(&both, 5.0)[0].line(), None);
+        assert_eq!(restarts.update(&both, 5.0)[0].line(5.0), None);
         let new = restarts.update(&[(Process::Monitor, Some(&two))], 6.0);
         let line = Some("[cell] monitor restarted: start 2".to_owned());
-        assert_eq!(new[0].line(), line);
+        assert_eq!(new[0].line(6.0), line);
     }
 }

@@ -8,11 +8,10 @@ import { scenarios } from "./scenarios.mjs";
 
 const PATIENCE_MS = Number(process.env.PAGE_PATIENCE_MS ?? 120_000);
 
+// WebGL by a program, as on a computer without a graphics card. Not the flags that also draw the page's panels with
+// it: they cost more than the picture.
 const FLAGS = [
-  "--use-gl=angle",
-  "--use-angle=swiftshader",
   "--enable-unsafe-swiftshader",
-  "--ignore-gpu-blocklist",
   "--disable-quic",
   "--no-first-run",
   "--disable-background-networking",

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{Read, Seek, SeekFrom};
+use std::os::unix::fs::FileExt;
 use std::path::Path;
 
 use mcap::records::Record;
@@ -42,7 +42,7 @@ pub(crate) type Names = BTreeMap<u16, Option<Channel>>;
 /// The messages of `chunk`, in the order of recording; channels found on the way are added to
 /// `names`, and messages of unknown ones are left out.
 pub(crate) fn read(
-    file: &mut File,
+    file: &File,
     path: &Path,
     chunk: &Chunk,
     names: &mut Names,
@@ -57,8 +57,7 @@ pub(crate) fn read(
         )));
     }
     let mut packed = vec![0; chunk.length as usize];
-    file.seek(SeekFrom::Start(chunk.offset)).map_err(io)?;
-    file.read_exact(&mut packed).map_err(io)?;
+    file.read_exact_at(&mut packed, chunk.offset).map_err(io)?;
     unpack(&packed, names).map_err(|error| refuse(format!("a chunk that cannot be read: {error}")))
 }
 

@@ -8,6 +8,7 @@
 use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use cell_model::user_file;
 use mcap::records::op;
@@ -30,6 +31,8 @@ const MAX_HEADER: u64 = 4096;
 #[derive(Clone, Debug)]
 pub(crate) struct FileIndex {
     pub(crate) path: PathBuf,
+    /// The open file: its content stays readable after the recorder has removed it.
+    file: Arc<File>,
     pub(crate) chunks: Vec<Chunk>,
     pub(crate) names: Names,
     /// Reason why the file ends early; `None` for a file that was closed.
@@ -43,14 +46,16 @@ impl FileIndex {
         let io = |source| RecordError::io(path, source);
         let file = user_file::open_file(path).map_err(io)?;
         let size = file.metadata().map_err(io)?.len();
+        let file = Arc::new(file);
         let mut scan = Scan {
             // Small reads: only the heads of records are needed, chunks are skipped.
-            file: BufReader::with_capacity(4096, file),
+            file: BufReader::with_capacity(4096, file.clone()),
             size,
             at: 0,
         };
         let mut index = Self {
             path: path.to_owned(),
+            file,
             chunks: Vec::new(),
             names: Names::new(),
             cut: None,
@@ -58,25 +63,29 @@ impl FileIndex {
         scan.begin(path)?;
         // A cut file is not an error: everything before the cut can be shown.
         index.cut = index.go_through(&mut scan).err();
-        let mut file = scan.file.into_inner();
-        index.read_epochs(&mut file)?;
+        index.read_epochs()?;
         Ok(index)
     }
 
+    /// The messages of `chunk`, in the order of recording.
+    pub(crate) fn entries(&self, chunk: &Chunk) -> Result<Vec<Entry>, RecordError> {
+        chunk::read(&self.file, &self.path, chunk, &mut self.names.clone())
+    }
+
     /// Reads the chunks that start an epoch. The first one declares the channels.
-    fn read_epochs(&mut self, file: &mut File) -> Result<(), RecordError> {
+    fn read_epochs(&mut self) -> Result<(), RecordError> {
         let mut epoch = 0;
         for (number, chunk) in self.chunks.iter_mut().enumerate() {
             let begins = |id: &u16| self.names.get(id) == Some(&Some(Channel::Epoch));
             // The preamble: without it no channel of the file has a
             // name, so an error here is final.
             if number == 0 {
-                let entries = chunk::read(file, &self.path, chunk, &mut self.names)?;
+                let entries = chunk::read(&self.file, &self.path, chunk, &mut self.names)?;
                 epoch = epoch_of(&entries).unwrap_or(0);
             // No other chunk is unpacked: that would read the whole file to open it.
             } else if chunk.channels.is_empty() || chunk.channels.iter().any(begins) {
                 // One that cannot be read is reported when its messages are.
-                let entries = chunk::read(file, &self.path, chunk, &mut self.names);
+                let entries = chunk::read(&self.file, &self.path, chunk, &mut self.names);
                 epoch = entries.ok().and_then(|e| epoch_of(&e)).unwrap_or(epoch);
             }
             chunk.epoch = epoch;
@@ -130,7 +139,7 @@ fn epoch_of(entries: &[Entry]) -> Option<u32> {
 }
 
 struct Scan {
-    file: BufReader<File>,
+    file: BufReader<Arc<File>>,
     size: u64,
     at: u64,
 }

@@ -10,12 +10,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use cell_model::runs::spec::RunSpec;
-use cell_model::user_file;
 use ipc_types::TraceLine;
 use serde_json::Value;
 
 use crate::channel::Channel;
-use crate::chunk::{self, Chunk};
+use crate::chunk::Chunk;
 use crate::entry::Entry;
 use crate::epoch::{self, EpochSpan, Line, Span};
 use crate::error::RecordError;
@@ -83,7 +82,7 @@ impl Recording {
         let Some(first) = files.first().and_then(|f| Some((f, f.chunks.first()?))) else {
             return Err(nothing(cut.unwrap_or_else(|| "it is empty".to_owned())));
         };
-        let begin = entries(first.0, first.1)?;
+        let begin = first.0.entries(first.1)?;
         let json = |channel: Channel| {
             let entry = begin.iter().find(|entry| entry.channel == channel);
             entry.ok_or_else(|| nothing(format!("it has no {:?}", channel.name())))
@@ -334,7 +333,7 @@ impl Recording {
         let Some((file, chunk)) = self.file_and_chunk(place) else {
             return Ok(Arc::default());
         };
-        let entries = Arc::new(entries(file, chunk)?);
+        let entries = Arc::new(file.entries(chunk)?);
         // The oldest request first, not the least used: a
         // slider moves on and rarely returns far.
         if self.kept.len() >= KEPT {
@@ -375,7 +374,7 @@ impl Iterator for Entries<'_> {
             if chunk.end_ns < self.from_ns {
                 continue;
             }
-            match entries(file, chunk) {
+            match file.entries(chunk) {
                 Ok(entries) => {
                     self.epoch = chunk.epoch;
                     self.waiting = entries.into_iter();
@@ -385,13 +384,6 @@ impl Iterator for Entries<'_> {
             }
         }
     }
-}
-
-fn entries(file: &FileIndex, chunk: &Chunk) -> Result<Vec<Entry>, RecordError> {
-    // Opened each time: the recorder may remove the file, and open files are limited.
-    let opened = user_file::open_file(&file.path);
-    let mut opened = opened.map_err(|e| RecordError::io(&file.path, e))?;
-    chunk::read(&mut opened, &file.path, chunk, &mut file.names.clone())
 }
 
 /// Ticks are whole milliseconds: the rounding of a time in seconds is far below half of one.

@@ -201,7 +201,7 @@ export class Store {
         this.emit("lanes", this.lanes);
         break;
       case "timeline":
-        this.timeline = message;
+        this.timeline = this.withPast(message);
         this.emit("timeline", message);
         break;
       case "gone":
@@ -219,6 +219,14 @@ export class Store {
     const { task, equipment } = this.past ?? status;
     this.status = { ...status, task, equipment };
     this.emit("status", this.status);
+  }
+
+  /** What the recorder has removed since the past is looked at is still there for this page. */
+  private withPast(timeline: Timeline): Timeline {
+    const shown = this.past === null ? null : this.timeline;
+    if (shown === null || shown.from_s >= timeline.from_s) return timeline;
+    const gone = shown.epochs.filter(({ epoch }) => timeline.epochs.every((one) => one.epoch !== epoch));
+    return { ...timeline, from_s: shown.from_s, epochs: [...gone, ...timeline.epochs] };
   }
 
   private takeLog(lines: LogLine[], all: boolean): void {

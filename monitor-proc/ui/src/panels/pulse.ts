@@ -22,8 +22,8 @@ export class Pulse {
       else return !one.seen;
       return true;
     });
-    for (const { element, run } of this.all) {
-      if (element === null || element.checkVisibility()) run();
-    }
+    // All are asked before one writes: a question after a change computes the style of the page again.
+    const shown = this.all.filter(({ element }) => element === null || element.checkVisibility());
+    for (const { run } of shown) run();
   }
 }

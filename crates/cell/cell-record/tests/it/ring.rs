@@ -52,6 +52,18 @@ fn the_oldest_goes_and_the_rest_is_readable_without_an_end() {
 }
 
 #[test]
+fn a_reader_keeps_the_past_that_the_ring_has_removed() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut flight = ring(Box::new(Disk), dir.path(), 1 << 20);
+    say(&mut flight, 0..5_000);
+    flight.flush(0);
+    let mut read = Recording::open(dir.path()).unwrap();
+    say(&mut flight, 5_000..40_000);
+    assert!(flight.span_s().0 > 4.0, "{}", flight.span_s().0);
+    assert_eq!(read.at(2.5).unwrap().world.header.tick, 2_500);
+}
+
+#[test]
 fn the_decision_before_a_long_pause_is_found() {
     let dir = tempfile::tempdir().unwrap();
     let mut flight = ring(Box::new(Disk), dir.path(), 64 << 20);
