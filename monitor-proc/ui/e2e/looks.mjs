@@ -1,4 +1,5 @@
 // What is drawn and written can be read, and the picture shows nothing that is not there.
+import { existsSync, readFileSync, writeFileSync } from "node:fs";
 
 /** Levels of the quality ladder without shadows. */
 const NO_SHADOWS = [4, 5, 6];
@@ -23,6 +24,25 @@ async function blocks({ page, look }) {
   });
 }
 
+/**
+ * Compares the blocks of each level with the reference of the demo, `levels/DEMO.txt`: per level 18 lines of 32
+ * brightnesses in hexadecimal. With PAGE_REFERENCE=write the file is written instead.
+ */
+function compare(demo, found) {
+  const file = new URL(`levels/${demo}.txt`, import.meta.url);
+  const text = [...found].map(([level, all]) => {
+    const rows = Array.from({ length: 18 }, (_, row) => Buffer.from(all.slice(32 * row, 32 * row + 32).map(Math.round)).toString("hex"));
+    return `level ${level}\n${rows.join("\n")}\n`;
+  });
+  if (process.env.PAGE_REFERENCE === "write") return writeFileSync(file, text.join(""));
+  if (!existsSync(file)) throw new Error(`${demo} has no reference picture; PAGE_REFERENCE=write makes it`);
+  const known = readFileSync(file, "utf8").split(/level \d\n/).slice(1).map((rows) => [...Buffer.from(rows.replaceAll("\n", ""), "hex")]);
+  for (const [at, [level, all]] of [...found].entries()) {
+    const worst = differences(all, known[at]).at(-1);
+    if (!(worst <= SAME_BLOCK)) throw new Error(`level ${level} of ${demo} differs by ${worst.toFixed(1)} of 255 from its reference`);
+  }
+}
+
 function differences(one, other) {
   return one.map((value, at) => Math.abs(value - other[at])).sort((a, b) => a - b);
 }
@@ -40,6 +60,7 @@ export async function levels(test) {
     await use(level);
     found.set(level, await blocks(test));
   }
+  compare(await look((r) => r.store.scene.demo), found);
   for (const level of LEVELS) {
     const all = differences(found.get(level), found.get(0));
     const median = all[Math.floor(all.length / 2)];

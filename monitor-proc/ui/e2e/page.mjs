@@ -22,7 +22,7 @@ const FLAGS = [
 
 /** Scenarios that begin as a first visit. */
 const SEES_GUIDE = ["guide", "scenes"];
-const DEMOS = ["franka-stack", "franka-pyramid", "reach", "ur10-palletize", "ur10-fill-bin", "ur10-bin-stack", "cube"];
+const DEMOS = ["franka-stack", "franka-pyramid", "reach", "reach-shelf", "ur10-palletize", "ur10-fill-bin", "ur10-bin-stack", "cube"];
 
 /** Runs the twin of a button. */
 function robocell(...args) {

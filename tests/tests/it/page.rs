@@ -438,7 +438,7 @@ fn a_recording_shows_its_incidents_lanes_and_faults() {
 #[test]
 #[ignore = "slow: .ci/long"]
 fn every_level_of_quality_has_the_same_tones_and_no_false_shadow() {
-    for demo in DEMOS {
+    for demo in DEMOS.iter().chain(&["reach-shelf", "cube"]) {
         browse("levels", &[demo, "--paused"]);
     }
 }

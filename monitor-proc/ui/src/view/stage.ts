@@ -127,7 +127,7 @@ function contactShade(): Mesh {
   const brush = canvas.getContext("2d");
   if (brush !== null) {
     const gradient = brush.createRadialGradient(64, 64, 10, 64, 64, 64);
-    gradient.addColorStop(0, "rgba(20,26,34,0.42)");
+    gradient.addColorStop(0, "rgba(20,26,34,0.16)");
     gradient.addColorStop(1, "rgba(20,26,34,0)");
     brush.fillStyle = gradient;
     brush.fillRect(0, 0, 128, 128);
