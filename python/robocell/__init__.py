@@ -7,6 +7,6 @@ programs that read the messages of a cell.
 
 from robocell._core import Status, __version__
 from robocell._recording import Recording, read
-from robocell._sim import Cell, step_all
+from robocell._sim import CameraImage, Cell, step_all
 
-__all__ = ["Cell", "Recording", "Status", "__version__", "read", "step_all"]
+__all__ = ["CameraImage", "Cell", "Recording", "Status", "__version__", "read", "step_all"]

@@ -6,13 +6,24 @@ import json
 import os
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from robocell import _core, wire
 from robocell._view import Numbers, View, floats
+
+
+class CameraImage(NamedTuple):
+    """What a camera sees; rows from the top."""
+
+    rgb: npt.NDArray[np.uint8]
+    """Height x width x 3, 0 to 255."""
+    depth: npt.NDArray[np.float32]
+    """Height x width: distance along the axis of view (m); 0 where nothing is seen."""
+    mask: npt.NDArray[np.uint16]
+    """Height x width: number in :attr:`Cell.instances`, from 1 on; 0 where nothing is seen."""
 
 
 class Cell(View):
@@ -185,6 +196,27 @@ class Cell(View):
             None if eye is None else floats(eye),
             None if target is None else floats(target),
         )
+
+    @property
+    def cameras(self) -> list[str]:
+        """Names of the cameras of the cell file; ``front`` is the view of the page."""
+        return self._sim.cameras
+
+    @property
+    def instances(self) -> list[str]:
+        """What the numbers of :attr:`CameraImage.mask` are: number ``i`` is
+        ``instances[i - 1]``."""
+        return self._sim.instances
+
+    def observe(self, cameras: Sequence[str] = ("front",)) -> dict[str, CameraImage]:
+        """What cameras of the cell file see now, drawn by the CPU: the same bits on every
+        machine.
+
+        Raises:
+            ValueError: for a camera that the cell has not.
+        """
+        seen = self._sim.observe(list(cameras))
+        return {name: CameraImage(*image) for name, image in zip(cameras, seen, strict=True)}
 
     def __repr__(self) -> str:
         return f"<cell '{self.name}', seed {self.seed}, at {self.time_s:.2f} s>"

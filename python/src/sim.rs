@@ -269,25 +269,55 @@ impl Sim {
     fn render<'py>(
         &self,
         py: Python<'py>,
-        width: usize,
-        height: usize,
+        width: u32,
+        height: u32,
         eye_m: Option<[f64; 3]>,
         target_m: Option<[f64; 3]>,
     ) -> PyResult<Bound<'py, PyArray3<u8>>> {
-        let pixels = py.detach(|| {
+        let picture = py.detach(|| {
             let run = self.lock();
-            let view = picture::View {
-                eye_m: eye_m.unwrap_or(run.cell.camera.eye_m),
-                target_m: target_m.unwrap_or(run.cell.camera.target_m),
-                width,
-                height,
-            };
-            let solids = picture::solids(&run.cell, run.sim.state());
-            drop(run);
-            picture::draw(&view, &solids)
+            picture::from_point(
+                &run.cell,
+                run.sim.state(),
+                (width, height),
+                (eye_m, target_m),
+            )
         });
-        let pixels = pixels.map_err(PyValueError::new_err)?;
-        PyArray1::from_vec(py, pixels).reshape([height, width, 3])
+        picture::colour(py, &picture.map_err(PyValueError::new_err)?)
+    }
+
+    /// What cameras of the cell file see: colour, depth (m) and mask of each.
+    fn observe<'py>(
+        &self,
+        py: Python<'py>,
+        cameras: Vec<String>,
+    ) -> PyResult<Vec<picture::Seen<'py>>> {
+        let pictures = py.detach(|| {
+            let run = self.lock();
+            picture::observe(&run.cell, run.sim.state(), &cameras)
+        });
+        let pictures = pictures.map_err(PyValueError::new_err)?;
+        pictures
+            .iter()
+            .map(|picture| picture::arrays(py, picture))
+            .collect()
+    }
+
+    /// Names of the cameras of the cell file.
+    #[getter]
+    fn cameras(&self) -> Vec<String> {
+        let run = self.lock();
+        run.cell
+            .cameras
+            .iter()
+            .map(|camera| camera.name.clone())
+            .collect()
+    }
+
+    /// What the numbers of a mask are, from 1 on.
+    #[getter]
+    fn instances(&self) -> Vec<String> {
+        camera::instances(&self.lock().cell)
     }
 
     /// Lines of the task since the last call, with their ticks.

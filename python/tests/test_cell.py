@@ -238,6 +238,33 @@ def test_draws_the_cubes_where_they_are(tmp_path: Path):
 
 
 @pytest.mark.sample
+def test_cameras_see_colour_depth_and_mask():
+    cell = robocell.Cell("franka-stack", 1)
+    assert cell.cameras == ["front", "wrist"]
+    seen = cell.observe(["front", "wrist"])
+    image = seen["front"]
+    assert (image.rgb.shape, image.depth.shape, image.mask.shape) == (
+        (224, 224, 3),
+        (224, 224),
+        (224, 224),
+    )
+    red = image.mask == 1 + cell.instances.index("red_cube")
+    assert red.sum() > 10
+    assert (image.rgb[red][:, 0] > 2 * image.rgb[red][:, 2]).all()
+    eye = np.array((1.5, 0.5, 1.2))
+    away = np.linalg.norm(cell.objects["red_cube"].position - eye)
+    assert abs(np.median(image.depth[red]) - away) < 0.1
+    assert (image.depth[image.mask == 0] == 0).all()
+    # What a camera at the tool sees moves with the arm.
+    cell.arm.send((0.4, 0.2, 0.3))
+    cell.step(1500)
+    later = cell.observe(["wrist"])["wrist"]
+    assert (later.depth != seen["wrist"].depth).mean() > 0.5
+    with pytest.raises(ValueError, match="camera 'wrst' is not known.*wrist"):
+        cell.observe(["wrst"])
+
+
+@pytest.mark.sample
 def test_several_advance_together_as_each_alone():
     def make(seed: int) -> robocell.Cell:
         cell = robocell.Cell("franka-stack", seed)

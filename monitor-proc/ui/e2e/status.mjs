@@ -39,7 +39,7 @@ export async function status({ page, robocell, forgive, look, same }) {
 /** A recorded run in which the task and physics were killed: its incidents, lanes and faults are shown from the start. */
 export async function recorded({ page, until, same, look }) {
   const bar = page.locator("#status");
-  await bar.locator(".state", { hasText: /^Recording$/ }).waitFor();
+  await bar.locator(".state", { hasText: /^Replay$/ }).waitFor();
   await bar.locator(".detail", { hasText: "2 incidents" }).waitFor();
   await until("the lanes say when a process was not running", (r) =>
     ["task", "physics"].every((name) => r.store.lanes.some(({ lane, label }) => lane === name && label === `${name} was killed by the script`)),

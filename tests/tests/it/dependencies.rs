@@ -81,7 +81,8 @@ const PROCESSES: [&str; 4] = [
     "robocell-monitor",
 ];
 const ENGINES: [&str; 2] = ["rapier3d-f64", "parry3d-f64"];
-const PURE: [&str; 5] = [
+const PURE: [&str; 6] = [
+    "robocell-camera",
     "robocell-rmp",
     "robocell-plan",
     "robocell-behavior",

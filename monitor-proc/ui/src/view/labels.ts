@@ -8,7 +8,12 @@ interface Label {
   used: boolean;
   /** Half its width (pixels); null until it was measured. */
   half: number | null;
+  /** At the right of its point, which it would cover. */
+  beside: boolean;
 }
+
+/** From a point to a text beside it (pixels). */
+const BESIDE_PX = 28;
 
 export class Labels {
   private readonly layer = document.createElement("div");
@@ -28,13 +33,17 @@ export class Labels {
   show(key: string, text: string, at: Vector3, kind = ""): HTMLElement {
     let label = this.labels.get(key);
     if (label === undefined) {
-      label = { element: document.createElement("div"), at: new Vector3(), used: true, half: null };
+      label = { element: document.createElement("div"), at: new Vector3(), used: true, half: null, beside: false };
       this.layer.append(label.element);
       this.labels.set(key, label);
     }
     label.used = true;
     label.at.copy(at);
-    label.element.className = `label ${kind}`;
+    if (label.element.className !== `label ${kind}`) {
+      label.element.className = `label ${kind}`;
+      label.half = null;
+    }
+    label.beside = kind.startsWith("load");
     const before = label.element.textContent ?? "";
     if (before !== text) {
       label.element.textContent = text;
@@ -63,7 +72,8 @@ export class Labels {
       if (!seen) continue;
       label.half ??= label.element.offsetWidth / 2;
       // A text at the border stays in the picture.
-      const x = Math.min(Math.max((0.5 + at.x / 2) * width, label.half), Math.max(label.half, width - label.half));
+      const wanted = (0.5 + at.x / 2) * width + (label.beside ? label.half + BESIDE_PX : 0);
+      const x = Math.min(Math.max(wanted, label.half), Math.max(label.half, width - label.half));
       const y = (0.5 - at.y / 2) * height;
       label.element.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px) translate(-50%, -130%)`;
     }

@@ -115,6 +115,26 @@ fn cells() -> Vec<(&'static str, Case)> {
                 cell(dir, &with(CUBE, "policies", &line))
             },
         ),
+        (
+            "crates/core/cell-model/src/cells/cell/camera.rs::MAX_CAMERAS",
+            |dir, limit| {
+                let camera = |at| {
+                    format!("\n[cameras.more_{at}]\neye_m = [1, 1, 1]\ntarget_m = [0, 0, 0]\n")
+                };
+                let more: String = (0..=limit).map(camera).collect();
+                cell(dir, &format!("{CUBE}{more}"))
+            },
+        ),
+        (
+            "crates/core/cell-model/src/cells/cell/camera.rs::MAX_PIXELS",
+            |dir, limit| {
+                let camera = format!(
+                    "\n[cameras.large]\neye_m = [1, 1, 1]\ntarget_m = [0, 0, 0]\nsize = [64, {}]\n",
+                    limit + 1
+                );
+                cell(dir, &format!("{CUBE}{camera}"))
+            },
+        ),
         ("ipc-types/src/equipment.rs::MAX_SENSORS", |dir, limit| {
             cell(dir, &format!("{CUBE}{}", times(SENSOR, limit + 1)))
         }),

@@ -14,6 +14,7 @@ mod episodes;
 mod file_jobs;
 mod fill_bin;
 mod palletize;
+mod pictures;
 mod placement;
 mod planned;
 mod pyramid;

@@ -15,6 +15,7 @@ use crate::runs::policy_name::policy_of_kind;
 use crate::{suggest, toml_text};
 
 mod arm;
+mod camera;
 mod fixture;
 mod object;
 mod pose;
@@ -27,6 +28,7 @@ pub use crate::cells::file::{
     Camera, ConveyorTable, DispenserTable, Disturbance, SensorTable, SpawnArea, SupplyTable,
 };
 pub use arm::ArmSpec;
+pub use camera::{CameraMount, CameraSpec, MAX_PIXELS, looking};
 pub use fixture::FixtureSpec;
 pub use object::ObjectSpec;
 pub use pose::turn_about_z;
@@ -70,8 +72,10 @@ pub struct Cell {
     pub seed: u64,
     /// The table with the settings of the policies.
     pub task: TaskTable,
-    /// Camera of a picture.
+    /// The first view of the page.
     pub camera: Camera,
+    /// Cameras whose pictures are computed, `front` first.
+    pub cameras: Vec<CameraSpec>,
     /// Source of the cell file, and of other files that it names.
     pub data: Data,
     /// Leaves of the task's tree that answer without being run (`--replace`).
@@ -147,6 +151,7 @@ impl Cell {
         for (index, arm) in table.arms.iter().enumerate() {
             arms.push(load_arm(data, (file, text), (index, arm), robot)?);
         }
+        let cameras = camera::cameras(file, text, &table, &arms)?;
         // One generator, objects in the order of the file: inserting an object moves those
         // after it.
         let mut random = Random::new(seed);
@@ -177,6 +182,7 @@ impl Cell {
             arms,
             task: TaskTable::new(table.task, file, text),
             camera: table.camera,
+            cameras,
             data: data.clone(),
             replace: Vec::new(),
         })

@@ -1,5 +1,7 @@
 //! `cells/NAME.toml`, as in the file.
 
+use std::collections::BTreeMap;
+
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -16,10 +18,13 @@ pub struct CellFile {
     pub policies: Vec<String>,
     /// The one that runs where none is named.
     pub default_policy: String,
-    /// Simulated time after which the run has failed (s).
+    /// Simulated time after which a run of `eval`, or of a cell in one process, has failed (s).
     pub time_limit_s: f64,
-    /// Where a picture is taken from.
+    /// The first view of the page, and the camera `front`.
     pub camera: Camera,
+    /// `[cameras.NAME]` tables.
+    #[serde(default)]
+    pub cameras: BTreeMap<String, CameraTable>,
     /// `[[arm]]` tables.
     #[serde(default, rename = "arm")]
     pub arms: Vec<ArmTable>,
@@ -80,6 +85,34 @@ pub struct Camera {
     pub eye_m: [f64; 3],
     /// Target of the view (m).
     pub target_m: [f64; 3],
+}
+
+/// `[cameras.NAME]`: a camera whose pictures are computed, in the world frame or in that of a link.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CameraTable {
+    /// Location of the eye (m).
+    pub eye_m: [f64; 3],
+    /// Target of the view (m); in its place `rotation_wxyz` can be given.
+    #[serde(default)]
+    pub target_m: Option<[f64; 3]>,
+    /// Direction that is up in the picture, for `target_m`; z where it is not given.
+    #[serde(default)]
+    pub up: Option<[f64; 3]>,
+    /// Rotation of the camera, a quaternion w x y z of length 1: x to the right of the picture, y
+    /// down, z ahead.
+    #[serde(default)]
+    pub rotation_wxyz: Option<[f64; 4]>,
+    /// Vertical field of view (degrees), 1 to 170; 38 where it is not given.
+    #[serde(default)]
+    pub fov_deg: Option<f64>,
+    /// Width and height (pixels), 1 to 4096; 224 x 224 where it is not given.
+    #[serde(default)]
+    pub size: Option<[u32; 2]>,
+    /// `ARM/LINK`: the camera is carried by that link or frame of the arm's robot; `ARM/tcp` is
+    /// its tool centre point.
+    #[serde(default)]
+    pub link: Option<String>,
 }
 
 /// `[[arm]]`: a robot in the cell.

@@ -6,6 +6,7 @@
     reason = "a test that cannot continue has failed"
 )]
 
+mod cameras;
 mod hostile_urdf;
 mod load;
 mod mimic;

@@ -50,7 +50,12 @@ function titleOf({ state, detail }: Line, demo: string | undefined): string {
 function factsOf(context: PanelContext, heard_ms: number | null): Facts {
   const { store, snapshot } = context;
   const { hello, status, scene } = store;
-  const held = (snapshot?.arms ?? []).flatMap(({ held }) => (held === null ? [] : [scene?.objects[held]?.name ?? ""]));
+  const arms = scene?.arms ?? [];
+  const held = (snapshot?.arms ?? []).flatMap(({ held }, arm) => {
+    const name = held === null ? undefined : scene?.objects[held]?.name;
+    if (name === undefined) return [];
+    return [arms.length > 1 ? `${arms[arm]?.name ?? ""} holds ${name}` : `holds ${name}`];
+  });
   const shown_s = snapshot?.time ?? 0;
   return {
     connected: store.connected,
@@ -67,7 +72,7 @@ function factsOf(context: PanelContext, heard_ms: number | null): Facts {
     pauseCause: pausedWhy(context),
     taskPaused: context.flag(FLAG.taskPaused),
     startEvent: scene?.start_event === true,
-    held: held.filter((name) => name !== ""),
+    held,
     incidents: new Set(store.marked.flatMap(({ incident }) => incident ?? [])).size,
   };
 }

@@ -25,7 +25,7 @@ export interface Facts {
   taskPaused: boolean;
   /** Whether the task begins with a start event. */
   startEvent: boolean;
-  /** Names of the held objects. */
+  /** What each arm holds, as a sentence without a subject where there is one arm. */
   held: string[];
   incidents: number;
 }
@@ -75,7 +75,7 @@ function connection({ connected, refused, hello, heard_ms, now_ms, ended }: Fact
 function source({ hello, past, shown_s, newest_s, incidents }: Facts): Line | null {
   if (hello?.live === false) {
     const count = incidents === 0 ? "" : `, ${incidents} ${incidents === 1 ? "incident" : "incidents"}`;
-    return line("info", "Recording", `${hello.source ?? hello.run.demo}: ${shown_s.toFixed(1)} s of ${newest_s.toFixed(1)} s${count}`);
+    return line("info", "Replay", `${hello.source ?? hello.run.demo}: ${shown_s.toFixed(1)} s of ${newest_s.toFixed(1)} s${count}`);
   }
   if (past) return line("warn", "Past", `${shown_s.toFixed(2)} s, ${Math.max(0, newest_s - shown_s).toFixed(1)} s before now`);
   return null;
@@ -87,21 +87,28 @@ function clock({ paused, pauseCause, task }: Facts): Line | null {
   return line("warn", "Paused", pauseCause, "play");
 }
 
-function task({ task, taskPaused, startEvent, held }: Facts): Line {
+function task({ task, taskPaused, startEvent, held, paused }: Facts): Line {
   if (task === null) return line("info", "Starting", "no decision of the task yet");
   if (task.outcome === "failed") return line("bad", "Failed", words(task.reason) || "no reason is known", "again", "moment");
   if (taskPaused) return line("warn", "Task paused", "you lead the arm and the gripper", "resume");
-  if (task.outcome === "done") return line("ok", "Done", placed(task.placed.length), "again");
+  if (task.outcome === "done") return line("ok", "Done", [finished(task), ...(paused ? ["the clock is paused"] : [])].filter((part) => part !== "").join(" · "), "again");
   const idle = task.outcome === "idle";
   if (startEvent && !task.started) return line("info", "Waiting", "for the start event", "start");
   if (task.wait !== "") return line("warn", "Waiting", task.wait);
   const phase = words(task.phase);
-  const objects = held.length > 0 ? ` · holds ${held.join(", ")}` : "";
+  const objects = held.map((what) => ` · ${what}`).join("");
   if (idle) return line("info", "Idle", phase);
   return line("ok", "Running", `${phase}${objects}`);
 }
 
-function placed(count: number): string {
-  if (count === 0) return "";
-  return count === 1 ? "1 object placed" : `${count} objects placed`;
+/** What a task that is done has done, and what went wrong on the way. */
+function finished({ placed, drops }: Status["task"]): string {
+  const counts: [number, string][] = [[placed.length, "object placed"], [drops, "drop on the way"]];
+  return counts.flatMap(([count, what]) => (count === 0 ? [] : [counted(count, what)])).join(", ");
+}
+
+/** `1 object placed`, `2 objects placed`. */
+function counted(count: number, what: string): string {
+  const [noun = "", ...rest] = what.split(" ");
+  return [count, count === 1 ? noun : `${noun}s`, ...rest].join(" ");
 }

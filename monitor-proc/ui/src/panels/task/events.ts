@@ -31,10 +31,15 @@ export function eventLog(context: PanelContext): HTMLElement {
   const follow = () => {
     if (follows && list.clientHeight > 0) list.scrollTop = list.scrollHeight;
   };
+  let height = 0;
   list.addEventListener("scroll", () => {
-    if (list.clientHeight > 0) follows = list.scrollHeight - list.scrollTop - list.clientHeight < 30;
+    // A list that was hidden or resized scrolls by itself.
+    if (list.clientHeight > 0 && list.clientHeight === height) follows = list.scrollHeight - list.scrollTop - list.clientHeight < 30;
   });
-  new ResizeObserver(follow).observe(list);
+  new ResizeObserver(() => {
+    height = list.clientHeight;
+    follow();
+  }).observe(list);
   list.addEventListener("keydown", (event) => moveFocus(list, event));
   const append = (lines: LogLine[]) => {
     list.append(...lines.filter(fits).slice(-SHOWN).map((line) => row(context, line)));

@@ -21,6 +21,14 @@ const NAMES: Partial<Record<string, string>> = {
   self_contacts: "self-contacts",
 };
 
+/** Text and tone of the outcome: nothing runs while the clock is paused, in a replay, and in a cell that has ended. */
+function outcomeOf({ store, paused }: PanelContext, outcome: Status["task"]["outcome"]): [string, string] {
+  if (outcome !== "running") return [outcome, TONE[outcome]];
+  if (!store.connected) return ["ended", "info"];
+  if (store.hello?.live === false) return ["replay", "info"];
+  return paused ? ["paused", "warn"] : [outcome, TONE[outcome]];
+}
+
 export function taskSummary(context: PanelContext): HTMLElement {
   const outcome = el("span", { class: "badge" }, "–");
   const phase = el("b", { class: "phase" }, "no task yet");
@@ -34,9 +42,16 @@ export function taskSummary(context: PanelContext): HTMLElement {
     const name = NAMES[key] ?? key;
     return { key, value, node: el("span", { class: "counter" }, value, term(name)) };
   });
+  const showOutcome = () => {
+    const task = context.store.status?.task;
+    if (task === undefined) return;
+    const [text, tone] = outcomeOf(context, task.outcome);
+    setText(outcome, text);
+    setAttr(outcome, "data-tone", tone);
+  };
+  context.pulse.add(outcome, showOutcome);
   context.store.on("status", ({ task }) => {
-    setText(outcome, task.outcome);
-    setAttr(outcome, "data-tone", TONE[task.outcome]);
+    showOutcome();
     setText(phase, words(task.phase) || "–");
     setText(policy, task.policy);
     setText(age, `${task.decision_age_ms.toFixed(0)} ms old`);

@@ -180,10 +180,15 @@ function liveButton(context: PanelContext, toNow: () => void): HTMLElement {
   });
   const name = node.querySelector("span");
   context.pulse.add(node, () => {
+    if (!context.store.connected && name !== null) {
+      setText(name, "Ended");
+      setAttr(node, "data-tone", null);
+      return;
+    }
     if (name !== null) setText(name, replay() ? (context.paused ? "Play" : "Pause") : away() ? "Back to live" : "Live");
     setIcon(node, replay() ? (context.paused ? "play" : "pause") : "dot");
     const tone = replay() ? "info" : away() ? "warn" : "ok";
-    setAttr(node, "data-tone", context.store.connected ? tone : null);
+    setAttr(node, "data-tone", tone);
   });
   return node;
 }

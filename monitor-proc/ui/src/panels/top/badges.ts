@@ -18,6 +18,8 @@ export function badges(context: PanelContext): HTMLElement {
 
   const showRt = () => {
     const kind = context.flag(FLAG.lockstep) ? "lockstep" : store.status?.rt;
+    // How it was scheduled tells nothing about a replay.
+    rt.hidden = store.hello?.live === false;
     if (kind === undefined) return;
     const [name, tone, about] = RT[kind];
     setText(rt, name);

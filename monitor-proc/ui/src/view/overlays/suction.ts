@@ -37,7 +37,7 @@ export class Suction implements Overlay {
       ring.root.quaternion.multiply(new Quaternion().setFromUnitVectors(RING_AXIS, axis));
       ring.show(load, colour);
       const at = new Vector3(...arm.tcp.slice(0, 3)).setZ(arm.tcp[2] + ABOVE_M);
-      const label = labels.show(`suction ${name}`, `load ${(100 * load).toFixed(0)} % of the break limit`, at, `load ${tone}`);
+      const label = labels.show(`suction ${name}`, `load ${(100 * load).toFixed(0)} % of break limit`, at, `load ${tone}`);
       label.style.setProperty("--load", `${(100 * load).toFixed(0)}%`);
     });
   }
