@@ -112,6 +112,12 @@ pub struct ReportRowsArgs {
     /// File of rows to compare with the first
     #[arg(value_name = "FILE2.jsonl")]
     pub other: Option<PathBuf>,
+    /// End with 7 where the second file is done less often, with 3 where too few episodes are in both
+    #[arg(long, requires = "other")]
+    pub gate: bool,
+    /// Least loss of success that the gate has to see (share of the episodes)
+    #[arg(long, value_name = "SHARE", requires = "gate", default_value = "0.05", allow_negative_numbers = true, value_parser = share)]
+    pub loss: f64,
     /// Print one JSON object
     #[arg(long)]
     pub json: bool,

@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use cell_model::cells::sweep::{Bounds, Values};
 use cell_model::runs::python;
 use cell_model::user_file;
-use evaluation::report::report;
-use supervisor::failure::{Context as _, Failure};
+use evaluation::report::{Gate, Reports, report};
+use supervisor::failure::{Code, Context as _, Failure};
 
 use crate::cli::{BisectArgs, EpisodeArgs, EvalArgs, EvalVerb, ReportRowsArgs};
 use crate::run::plan;
@@ -124,14 +124,17 @@ fn report_files(args: &ReportRowsArgs) -> Result<(), Failure> {
     if let Some(path) = &args.html {
         user_file::check_output(path).cannot(format!("write {}", path.display()))?;
     }
-    let reports = report(&args.file, args.other.as_deref()).map_err(Failure::configuration)?;
+    let mut reports = report(&args.file, args.other.as_deref()).map_err(Failure::configuration)?;
+    if args.gate {
+        reports.decide(args.loss);
+    }
     if let Some(path) = &args.html {
         let page = page::page(&reports).map_err(Failure::configuration)?;
         std::fs::write(path, page).cannot(format!("write {}", path.display()))?;
     }
     if args.json {
         say::line(serde_json::to_string(&reports).cannot("print the report")?);
-        return Ok(());
+        return gated(&reports, true);
     }
     for file in &reports.files {
         say::line(file);
@@ -139,5 +142,21 @@ fn report_files(args: &ReportRowsArgs) -> Result<(), Failure> {
     if let Some(comparison) = &reports.comparison {
         say::line(comparison);
     }
-    Ok(())
+    gated(&reports, false)
+}
+
+/// The end of a report with a gate; `is_said` where its sentence was printed.
+fn gated(reports: &Reports, is_said: bool) -> Result<(), Failure> {
+    let Some(gate) = &reports.gate else {
+        return Ok(());
+    };
+    let code = match gate {
+        Gate::Passed { .. } => None,
+        Gate::Worse { .. } => Some(Code::Worse),
+        Gate::TooFew { .. } => Some(Code::Configuration),
+    };
+    if !is_said {
+        say::line(format_args!("  {gate}"));
+    }
+    code.map_or(Ok(()), |code| Err(Failure::silent(code)))
 }

@@ -23,6 +23,7 @@ mod program;
 mod recording;
 mod sim;
 mod skill;
+mod step_all;
 mod tree;
 mod work;
 
@@ -37,7 +38,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<work::Status>()?;
     module.add_class::<sim::Sim>()?;
     module.add_class::<tree::FileTree>()?;
-    module.add_function(wrap_pyfunction!(sim::step_all, module)?)?;
+    module.add_function(wrap_pyfunction!(step_all::step_all, module)?)?;
     module.add_function(wrap_pyfunction!(program::task_main, module)?)?;
     module.add_function(wrap_pyfunction!(about::wire_schema, module)?)?;
     module.add_function(wrap_pyfunction!(recording::read_recording, module)?)?;

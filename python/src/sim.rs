@@ -1,10 +1,7 @@
 //! A cell in this process, which Python steps.
 
-use std::num::NonZero;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::thread;
 use std::time::Instant;
 
 use cell_model::Cell;
@@ -106,7 +103,7 @@ impl Sim {
     }
 
     /// Advances; then what Python sees is the new state. The interpreter is free.
-    fn advance(&self, ticks: u64) -> PyResult<u64> {
+    pub(crate) fn advance(&self, ticks: u64) -> PyResult<u64> {
         let mut run = self.lock();
         let done = run.step(ticks, &self.fault).map_err(refused);
         lock(&self.shared).decision.show(run.sim.state());
@@ -118,7 +115,7 @@ impl Sim {
     }
 
     /// Shows Python the newest messages.
-    fn show(&self, py: Python<'_>) -> PyResult<()> {
+    pub(crate) fn show(&self, py: Python<'_>) -> PyResult<()> {
         self.moment.get().show_state(py)?;
         // A thread that steps the cell may wait for the interpreter.
         let decision = py.detach(|| Box::new(*self.lock().sim.decision()));
@@ -346,40 +343,6 @@ impl Sim {
             serde_json::to_string(&summary).map_err(refused)
         })
     }
-}
-
-/// Advances cells on several threads, each as by [`Sim::step`]; the ticks of each.
-#[pyfunction]
-#[pyo3(signature = (cells, ticks, threads=None))]
-pub(crate) fn step_all(
-    py: Python<'_>,
-    cells: Vec<Py<Sim>>,
-    ticks: u64,
-    threads: Option<usize>,
-) -> PyResult<Vec<u64>> {
-    let cores = || thread::available_parallelism().map_or(1, NonZero::get);
-    let threads = threads.unwrap_or_else(cores).clamp(1, cells.len().max(1));
-    let done: Vec<Mutex<PyResult<u64>>> = cells.iter().map(|_| Mutex::new(Ok(0))).collect();
-    py.detach(|| {
-        let next = AtomicUsize::new(0);
-        let work = || {
-            while let Some((cell, slot)) = {
-                let i = next.fetch_add(1, Ordering::Relaxed);
-                cells.get(i).zip(done.get(i))
-            } {
-                *slot.lock().unwrap_or_else(PoisonError::into_inner) = cell.get().advance(ticks);
-            }
-        };
-        thread::scope(|scope| {
-            (1..threads).for_each(|_| drop(scope.spawn(work)));
-            work();
-        });
-    });
-    let shown = cells.iter().try_for_each(|cell| cell.get().show(py));
-    let done = done.into_iter();
-    let done = done.map(|slot| slot.into_inner().unwrap_or_else(PoisonError::into_inner));
-    let done: PyResult<Vec<u64>> = done.collect();
-    shown.and(done)
 }
 
 /// The policies of the demos, and the one that is named; the default one for "".

@@ -18,7 +18,7 @@ export async function status({ page, robocell, forgive, look, same }) {
   robocell("drag", "yellow_cube", "--to", "1.5", "0", "0.6");
   await state("Failed");
   const reason = await bar.locator(".detail").innerText();
-  if (reason.length < 5 || reason.includes("_")) throw new Error(`the reason of the failure: ${reason}`);
+  if (!/^[a-z ]{5,} · out of the cell: yellow_cube$/.test(reason)) throw new Error(`the reason of the failure: ${reason}`);
   await press("Look at the moment");
   await state("Past");
   const failed_s = await look((r) => r.store.lanes.filter(({ kind, label }) => kind === "task" && label === "failed").at(-1).from_s);

@@ -246,7 +246,7 @@ fn a_stack_out_of_reach_is_refused_with_its_line() {
         &["run", "franka-stack", "--data", path],
         3,
         &[
-            "franka-stack.toml:72",
+            "franka-stack.toml:79",
             "stack_position_m",
             "[2.45, 0.2]",
             "2.46 m from the base of",

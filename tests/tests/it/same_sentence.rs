@@ -51,7 +51,7 @@ const NONE: Input = Input {
 const INPUTS: [Input; 12] = [
     Input {
         edit: ("cells/cube.toml", "mass_kg = 0.1", "mass_kg = -0.1"),
-        sentence: "cells/cube.toml:22: object.0.mass_kg is -0.1; 0.001 to 100 is allowed",
+        sentence: "cells/cube.toml:29: object.0.mass_kg is -0.1; 0.001 to 100 is allowed",
         ..NONE
     },
     Input {

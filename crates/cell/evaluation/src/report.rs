@@ -2,6 +2,7 @@
 //! way is better.
 
 mod comparison;
+mod gate;
 mod short_row;
 
 use std::collections::BTreeMap;
@@ -18,6 +19,8 @@ use crate::stats::{quantile, wilson};
 
 use comparison::compare;
 pub use comparison::{Comparison, Verdict};
+pub use gate::Gate;
+use gate::gate;
 use short_row::{Short, read};
 
 /// Rate of a success, with the interval that holds it with 95 % (Wilson); 0 to 1.
@@ -57,6 +60,17 @@ pub struct Variant {
     pub success: Rate,
     /// Of those that ended done.
     pub times_s: Option<Times>,
+}
+
+impl Reports {
+    /// Decides whether the second file is worse; `loss` is the least loss of success that has to be
+    /// seen (share of the episodes, above 0 and up to 1). Nothing without a second file.
+    pub fn decide(&mut self, loss: f64) {
+        self.gate = self
+            .comparison
+            .as_ref()
+            .map(|comparison| gate(comparison, loss));
+    }
 }
 
 /// An episode that did not end done.
@@ -111,6 +125,9 @@ pub struct Reports {
     pub files: Vec<Report>,
     /// The second against the first.
     pub comparison: Option<Comparison>,
+    /// Whether the second is no worse, where that was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gate: Option<Gate>,
 }
 
 /// An episode that did not end done.
@@ -171,12 +188,14 @@ pub fn report(first: &Path, second: Option<&Path>) -> Result<Reports, Evaluation
         return Ok(Reports {
             files,
             comparison: None,
+            gate: None,
         });
     };
     let other = read(second)?;
     files.push(summary(second, &other));
     Ok(Reports {
         comparison: Some(compare(&rows, &other)),
+        gate: None,
         files,
     })
 }

@@ -16,6 +16,8 @@ pub enum Code {
     TaskFailed = 5,
     /// A process could not be kept running.
     GaveUp = 6,
+    /// A gate: the second is worse than the first.
+    Worse = 7,
 }
 
 /// A command that did not end well: one clear message and an exit code.

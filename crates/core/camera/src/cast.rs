@@ -7,8 +7,6 @@ use cell_model::Shape;
 use nalgebra::Vector3;
 use wide::f32x8;
 
-use crate::view::single;
-
 /// Eight numbers.
 pub(crate) type Lanes = f32x8;
 /// How many.
@@ -244,4 +242,13 @@ fn cap(radius: f32, half: f32, rays: &Rays) -> Lanes {
     let (x, y) = (ox + at * dx, oy + at * dy);
     let hit = (x * x + y * y).simd_le(splat(radius * radius)) & at.simd_gt(splat(0.0));
     hit.select(at, splat(FAR))
+}
+
+/// The nearest number of single precision.
+#[allow(
+    clippy::cast_possible_truncation,
+    reason = "rounding to nearest is what is wanted"
+)]
+pub(crate) fn single(value: f64) -> f32 {
+    value as f32
 }

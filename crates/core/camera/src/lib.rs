@@ -13,6 +13,7 @@
 mod cast;
 mod draw;
 mod light;
+mod nearest;
 mod scene;
 mod shade;
 mod view;

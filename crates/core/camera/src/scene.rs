@@ -6,8 +6,7 @@ use ipc_types::WorldState;
 use ipc_types::world::{ArmState, OBJECT_ENABLED};
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 
-use crate::cast::Solid;
-use crate::view::single;
+use crate::cast::{Solid, single};
 
 /// Colour of all links: red, green, blue, 0 to 1.
 const ROBOT: [f64; 3] = [0.86, 0.87, 0.89];

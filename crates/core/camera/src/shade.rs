@@ -4,11 +4,11 @@ use std::ops::Range;
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::cast::{FAR, LANES, Lanes, Rays};
-use crate::draw::{Nearest, groups_of, index_of};
+use crate::cast::{FAR, LANES, Lanes, Rays, single};
 use crate::light::Light;
+use crate::nearest::{Nearest, groups_of, index_of};
 use crate::scene::{Body, Scene};
-use crate::view::{View, single};
+use crate::view::View;
 
 /// A shadow begins this far from a surface (m).
 const OFF_SURFACE_M: f32 = 1.0e-3;

@@ -5,6 +5,7 @@ use cell_model::cells::cell::CameraSpec;
 use ipc_types::WorldState;
 use nalgebra::{Isometry3, Vector3};
 
+use crate::cast::single;
 use crate::scene::frame_poses;
 
 /// Pose and lens of a camera at one moment.
@@ -63,13 +64,4 @@ impl View {
             (0..count).map(|at| single(slope(at))).collect()
         })
     }
-}
-
-/// The nearest number of single precision.
-#[allow(
-    clippy::cast_possible_truncation,
-    reason = "rounding to nearest is what is wanted"
-)]
-pub(crate) fn single(value: f64) -> f32 {
-    value as f32
 }

@@ -11,7 +11,7 @@ use crate::row::Key;
 use crate::stats::{bootstrap, mcnemar, two_proportions};
 
 /// A result less likely than this by chance counts as a difference (p value).
-const SIGNIFICANT: f64 = 0.05;
+pub(super) const SIGNIFICANT: f64 = 0.05;
 
 /// What a comparison found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use evaluation::report::{Verdict, report};
+use evaluation::report::{Gate, Verdict, report};
 use evaluation::row::{Row, RowOutcome};
 use tempfile::TempDir;
 
@@ -170,4 +170,35 @@ fn a_report_of_a_sweep_has_a_line_for_each_variant_and_pairs_are_of_the_same() {
         comparison.second_only,
     );
     assert_eq!(counts, (80, 10, 10));
+}
+
+#[test]
+fn a_gate_passes_an_equal_policy_refuses_a_worse_one_and_asks_for_enough_seeds() {
+    let dir = TempDir::new().unwrap();
+    let decide = |count: u64, fails: fn(u64) -> bool, loss| {
+        let first = write(dir.path(), "a.jsonl", 0..count, base);
+        let second = write(dir.path(), "b.jsonl", 0..count, fails);
+        let mut reports = report(&first, Some(&second)).unwrap();
+        reports.decide(loss);
+        reports.gate.unwrap()
+    };
+    // Of 200 seeds 10 more are not done.
+    let worse: fn(u64) -> bool =
+        |seed| base(seed) || (seed < 105 && (seed % 10 == 3 && !base(seed)));
+    assert_eq!(decide(200, base, 0.05), Gate::Passed { loss: 0.05 });
+    assert!(matches!(decide(200, worse, 0.05), Gate::Worse { loss, p } if loss > 0.04 && p < 0.01));
+    let few = Gate::TooFew {
+        pairs: 100,
+        needed: 120,
+        loss: 0.05,
+    };
+    assert_eq!(decide(100, base, 0.05), few);
+    assert_eq!(decide(120, base, 0.05), Gate::Passed { loss: 0.05 });
+    assert!(
+        few.to_string()
+            .contains("120 are needed to see a loss of 5.0 %"),
+        "{few}"
+    );
+    // A loss that is shown is one, however few the seeds are.
+    assert!(matches!(decide(100, worse, 0.01), Gate::Worse { .. }));
 }

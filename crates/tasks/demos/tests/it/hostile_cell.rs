@@ -134,7 +134,7 @@ fn names_have_to_lead_somewhere_and_be_unique() {
         (
             r#"robot = "panda""#,
             r#"robot = "pnda""#,
-            "cells/x.toml:14: arm.0.robot is 'pnda'; no such robot",
+            "cells/x.toml:21: arm.0.robot is 'pnda'; no such robot",
         ),
     ];
     for (from, to, expected) in cases {

@@ -1,5 +1,5 @@
 // The bar above the 3D view with the state of the cell; also in the title of the window.
-import { FLAG } from "../../net/snapshot";
+import { FLAG, OBJECT } from "../../net/snapshot";
 import { button, type ButtonSpec } from "../button";
 import type { PanelContext } from "../context";
 import { el, setAttr, setText, setTitle } from "../dom";
@@ -56,6 +56,10 @@ function factsOf(context: PanelContext, heard_ms: number | null): Facts {
     if (name === undefined) return [];
     return [arms.length > 1 ? `${arms[arm]?.name ?? ""} holds ${name}` : `holds ${name}`];
   });
+  const objects = (scene?.objects ?? []).filter(({ parked }, index) => {
+    const flags = snapshot?.objects[index]?.flags ?? OBJECT.enabled;
+    return parked !== true && (flags & OBJECT.enabled) === 0;
+  });
   const shown_s = snapshot?.time ?? 0;
   return {
     connected: store.connected,
@@ -73,6 +77,7 @@ function factsOf(context: PanelContext, heard_ms: number | null): Facts {
     taskPaused: context.flag(FLAG.taskPaused),
     startEvent: scene?.start_event === true,
     held,
+    lost: objects.map(({ name }) => name),
     incidents: new Set(store.marked.flatMap(({ incident }) => incident ?? [])).size,
   };
 }

@@ -27,6 +27,8 @@ export interface Facts {
   startEvent: boolean;
   /** What each arm holds, as a sentence without a subject where there is one arm. */
   held: string[];
+  /** Names of objects that fell out of the cell. */
+  lost: string[];
   incidents: number;
 }
 
@@ -87,9 +89,9 @@ function clock({ paused, pauseCause, task }: Facts): Line | null {
   return line("warn", "Paused", pauseCause, "play");
 }
 
-function task({ task, taskPaused, startEvent, held, paused }: Facts): Line {
+function task({ task, taskPaused, startEvent, held, lost, paused }: Facts): Line {
   if (task === null) return line("info", "Starting", "no decision of the task yet");
-  if (task.outcome === "failed") return line("bad", "Failed", words(task.reason) || "no reason is known", "again", "moment");
+  if (task.outcome === "failed") return line("bad", "Failed", failed(task, lost), "again", "moment");
   if (taskPaused) return line("warn", "Task paused", "you lead the arm and the gripper", "resume");
   if (task.outcome === "done") return line("ok", "Done", [finished(task), ...(paused ? ["the clock is paused"] : [])].filter((part) => part !== "").join(" · "), "again");
   const idle = task.outcome === "idle";
@@ -99,6 +101,13 @@ function task({ task, taskPaused, startEvent, held, paused }: Facts): Line {
   const objects = held.map((what) => ` · ${what}`).join("");
   if (idle) return line("info", "Idle", phase);
   return line("ok", "Running", `${phase}${objects}`);
+}
+
+/** Why it failed; with the objects that are lost, where the reason names none of them. */
+function failed({ reason }: Status["task"], lost: string[]): string {
+  const why = words(reason) || "no reason is known";
+  const names = lost.filter((name) => !reason.includes(name));
+  return names.length > 0 ? `${why} · out of the cell: ${names.join(", ")}` : why;
 }
 
 /** What a task that is done has done, and what went wrong on the way. */
