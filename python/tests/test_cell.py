@@ -260,7 +260,7 @@ def test_cameras_see_colour_depth_and_mask():
     cell.step(1500)
     later = cell.observe(["wrist"])["wrist"]
     assert (later.depth != seen["wrist"].depth).mean() > 0.5
-    with pytest.raises(ValueError, match="camera 'wrst' is not known.*wrist"):
+    with pytest.raises(ValueError, match=r"camera 'wrst' is not known.*wrist"):
         cell.observe(["wrst"])
 
 
