@@ -19,7 +19,7 @@ pub(crate) type Seen<'py> = (
     Bound<'py, PyArray2<u16>>,
 );
 
-/// What the cameras of these names see.
+/// Pictures of the cameras of these names.
 ///
 /// # Errors
 /// For a name that the cell has no camera of.
@@ -47,7 +47,7 @@ pub(crate) fn observe(
     Ok(pictures.collect())
 }
 
-/// What is seen from `eye_m` towards `target_m`; by default as the page sees the cell.
+/// A picture from `eye_m` towards `target_m`, by default those of the first view of the page.
 ///
 /// # Errors
 /// For a size that is not allowed, and where the points give no direction.

@@ -1,6 +1,6 @@
 //! Rays against shapes, eight at a time.
 //!
-//! Of a shape its outside is seen: a ray that begins inside does not hit it. Distances are in
+//! Only the outside of a shape is visible: a ray from inside does not hit it. Distances are in
 //! units of the ray's direction, which need not have length 1.
 
 use cell_model::Shape;
@@ -247,7 +247,7 @@ fn cap(radius: f32, half: f32, rays: &Rays) -> Lanes {
 /// The nearest number of single precision.
 #[allow(
     clippy::cast_possible_truncation,
-    reason = "rounding to nearest is what is wanted"
+    reason = "it rounds to the nearest number"
 )]
 pub(crate) fn single(value: f64) -> f32 {
     value as f32

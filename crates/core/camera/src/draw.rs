@@ -1,4 +1,4 @@
-//! A picture: what is nearest, and its light.
+//! A picture: the nearest surfaces and their light.
 
 use crate::Picture;
 use crate::cast::LANES;

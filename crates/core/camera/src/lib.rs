@@ -1,7 +1,7 @@
 //! Pictures of a cell: colour, depth and instance mask of a camera, drawn by the CPU from the
 //! state of the world alone.
 //!
-//! Each pixel shows the nearest of the shapes that physics computes with. What is drawn looks
+//! Each pixel shows the nearest of the shapes that physics computes with. Pictures look
 //! flat: one light with hard shadows, one colour per object, no texture, no noise of a sensor.
 //!
 //! What can go wrong: another processor computes another last bit, and a data set of pictures
@@ -34,7 +34,7 @@ pub struct Picture {
     pub rgb: Vec<u8>,
     /// Distance along the axis of view (m), from [`NEAR_M`] on; 0 where nothing is seen.
     pub depth_m: Vec<f32>,
-    /// Number in [`instances`], from 1 on, of what is seen; 0 where nothing is.
+    /// Number in [`instances`], from 1 on, of the visible body; 0 where nothing is visible.
     pub mask: Vec<u16>,
 }
 

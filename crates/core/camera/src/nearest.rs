@@ -9,7 +9,7 @@ use crate::cast::{FAR, LANES, Lanes, Rays, single};
 use crate::scene::{Body, Scene};
 use crate::view::View;
 
-/// What is seen in each pixel; rows are filled up to whole groups of lanes.
+/// The nearest surface of each pixel; rows are filled up to whole groups of lanes.
 pub(crate) struct Nearest {
     /// Groups in a row.
     pub(crate) groups: usize,
@@ -56,7 +56,7 @@ pub(crate) fn nearest(scene: &Scene, view: &View) -> Nearest {
 }
 
 impl Nearest {
-    /// Takes what is seen of one body in a rectangle of groups and rows.
+    /// Adds the visible part of one body in a rectangle of groups and rows.
     fn take(
         &mut self,
         index: usize,

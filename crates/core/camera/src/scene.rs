@@ -43,7 +43,7 @@ pub fn instances(cell: &Cell) -> Vec<String> {
 }
 
 impl Scene {
-    /// What is in the cell in `state`. Fixtures without a body and objects that are not in the
+    /// The bodies of the cell in `state`. Fixtures without a body and objects that are not in the
     /// cell are not seen.
     pub fn new(cell: &Cell, state: &WorldState) -> Self {
         let mut scene = Self::default();

@@ -10,7 +10,7 @@ use crate::nearest::{Nearest, groups_of, index_of};
 use crate::scene::{Body, Scene};
 use crate::view::View;
 
-/// A shadow begins this far from a surface (m).
+/// Distance from a surface to the origin of its shadow ray (m).
 const OFF_SURFACE_M: f32 = 1.0e-3;
 /// Nothing farther away throws a shadow (m).
 const SHADOW_M: f32 = 3.0;
@@ -48,10 +48,10 @@ struct Shading<'a> {
     rows: Vec<f32>,
 }
 
-/// What is seen in one row of a block. Masks have lanes of ones or of zeros.
+/// The surfaces in one row of a block. Masks have lanes of ones or of zeros.
 #[derive(Clone, Copy)]
 struct Row {
-    /// Where shadows begin.
+    /// Origins of shadow rays.
     points: [Lanes; 3],
     /// Cosine to the light.
     facing: Lanes,

@@ -1,4 +1,4 @@
-//! A gate for a change of a policy: whether its success is no worse than before.
+//! A gate for a change of a policy: whether its success is at least that of before.
 
 use std::fmt;
 

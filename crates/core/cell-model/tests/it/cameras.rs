@@ -1,4 +1,4 @@
-//! Cameras of a cell file, and what is refused of them.
+//! Cameras of a cell file, and the refusals of wrong ones.
 
 use cell_model::cells::cell::CameraSpec;
 use cell_model::{Cell, Data};

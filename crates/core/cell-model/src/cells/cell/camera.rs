@@ -10,7 +10,7 @@ use crate::suggest;
 
 /// Name of the camera with the view of the page.
 const FRONT: &str = "front";
-/// Name of the frame of the tool centre point in `link`, whatever the robot calls it.
+/// Name of the frame of the tool centre point in `link`, for all robots.
 const TCP: &str = "tcp";
 /// Vertical field of view where the file gives none (degrees): that of the page.
 const FIELD_OF_VIEW_DEG: f64 = 38.0;
