@@ -112,7 +112,7 @@ impl Restart {
         if back_s < TICK_S {
             return format!("resumed at {resumed_s:.3} s");
         }
-        format!("stepped back {back_s:.2} s, to {resumed_s:.3} s; what was after it is repeated")
+        format!("stepped back {back_s:.2} s, to {resumed_s:.3} s; that time is repeated")
     }
 }
 
@@ -140,7 +140,7 @@ mod tests {
         let new = restarts.update(&[(physics, Some(&two)), (task, Some(&one))], 4.0);
         let said = |resumed_s| new[0].line(resumed_s).unwrap();
         assert_eq!((new[0].down_s, new.len()), (2.0, 1));
-        let back = "stepped back 0.75 s, to 1.250 s; what was after it is repeated";
+        let back = "stepped back 0.75 s, to 1.250 s; that time is repeated";
         assert_eq!(
             said(1.25),
             format!("[cell] physics restarted: start 2, {back}")

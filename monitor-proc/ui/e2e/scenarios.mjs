@@ -289,7 +289,7 @@ async function crashes({ page, look, until, press, same, forgive }) {
   };
   await kill("physics");
   await until("the restart of physics is told", (r) => r.store.log.some(({ text, mark }) => mark === "restart" && text.includes("physics restarted: start 2")));
-  const back = /physics restarted: start 2, stepped back \d+\.\d\d s, to \d+\.\d{3} s; what was after it is repeated/;
+  const back = /physics restarted: start 2, stepped back \d+\.\d\d s, to \d+\.\d{3} s; that time is repeated/;
   const line = await look((r) => r.store.log.find(({ text }) => text.includes("physics restarted")).text);
   if (!back.test(line)) throw new Error(`the line says ${line}`);
   // Time was set back to the snapshot: the timeline ends with what is recorded now.

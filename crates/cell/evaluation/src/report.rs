@@ -125,7 +125,7 @@ pub struct Reports {
     pub files: Vec<Report>,
     /// The second against the first.
     pub comparison: Option<Comparison>,
-    /// Whether the second is no worse, where that was asked for.
+    /// Decision of the gate, where one was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gate: Option<Gate>,
 }

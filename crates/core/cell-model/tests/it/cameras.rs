@@ -57,7 +57,7 @@ fn a_target_and_a_rotation_say_the_same_view() {
     );
 }
 
-/// Lines of a camera at a fixed eye, and what its refusal says: the place, and what is allowed.
+/// Lines of a camera at a fixed eye, and parts of its refusal: the place, and the allowed values.
 const REFUSED: [[&str; 3]; 10] = [
     [
         "",

@@ -33,7 +33,7 @@ export function eventLog(context: PanelContext): HTMLElement {
   };
   let height = 0;
   list.addEventListener("scroll", () => {
-    // A list that was hidden or resized scrolls by itself.
+    // The browser scrolls a list that it shows again or resizes.
     if (list.clientHeight > 0 && list.clientHeight === height) follows = list.scrollHeight - list.scrollTop - list.clientHeight < 30;
   });
   new ResizeObserver(() => {
