@@ -166,6 +166,17 @@ impl Checker<'_> {
         Ok(())
     }
 
+    /// Refuses a name that is not a short word.
+    pub(crate) fn name(&self, key: &str, name: &str) -> Result<(), ModelError> {
+        // Names become parts of keys on blackboards, which are short texts.
+        let word = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
+        if name.is_empty() || name.len() > 32 || !name.chars().all(word) {
+            let allowed = "1 to 32 of a-z, 0-9 and _ are allowed";
+            return Err(self.refuse(key, format!("'{name}'"), allowed));
+        }
+        Ok(())
+    }
+
     fn unique<'b>(
         &self,
         what: &str,
@@ -174,15 +185,7 @@ impl Checker<'_> {
         let mut seen: Vec<&str> = Vec::new();
         for (index, name) in names.enumerate() {
             let key = format!("{what}.{index}.name");
-            // Names become parts of keys on blackboards, which are short texts.
-            let word = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
-            if name.is_empty() || name.len() > 32 || !name.chars().all(word) {
-                return Err(self.refuse(
-                    &key,
-                    format!("'{name}'"),
-                    "1 to 32 of a-z, 0-9 and _ are allowed",
-                ));
-            }
+            self.name(&key, name)?;
             if seen.contains(&name) {
                 return Err(self.refuse(
                     &key,

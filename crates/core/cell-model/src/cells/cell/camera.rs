@@ -103,14 +103,7 @@ fn camera(
     arms: &[ArmSpec],
 ) -> Result<CameraSpec, ModelError> {
     let key = format!("cameras.{name}");
-    let word = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
-    if name.is_empty() || name.len() > 32 || !name.chars().all(word) {
-        return Err(checker.refuse(
-            &key,
-            format!("'{name}'"),
-            "a name of 1 to 32 of a-z, 0-9 and _ is allowed",
-        ));
-    }
+    checker.name(&key, name)?;
     checker.position(&format!("{key}.eye_m"), &table.eye_m)?;
     let degrees = table.fov_deg.unwrap_or(FIELD_OF_VIEW_DEG);
     checker.number(&format!("{key}.fov_deg"), degrees, 1.0, 170.0)?;
