@@ -1,6 +1,6 @@
 //! What the task says about itself, put together again from its trace.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 
 use behavior::NodeStatus;
 use behavior::graph::{Graph, GraphEdge, GraphKind, GraphNode};
@@ -9,10 +9,11 @@ use ipc_types::trace::{FIELD_END, TraceKind};
 
 /// Lines of the log that are kept.
 const KEPT_LINES: usize = 200;
-/// Most pictures, and nodes and edges of one: more than any policy that loads has, but
+/// Most pictures, and nodes and edges of one: more than any policy that loads has, except
 /// for edges.
 const MAX_GRAPHS: usize = 16;
-const MAX_NODES: usize = 4096;
+const MAX_NODES: usize = 16_384;
+const MAX_EDGES: usize = 4096;
 
 /// One picture of the policy, with the statuses of its nodes.
 pub(crate) struct Watched {
@@ -134,7 +135,7 @@ impl Trace {
         if !fits || picture.graph.edges.contains(&edge) {
             return;
         }
-        if picture.graph.edges.len() == MAX_NODES {
+        if picture.graph.edges.len() == MAX_EDGES {
             return self.exceed(line);
         }
         picture.graph.kind = GraphKind::Machine;
@@ -146,7 +147,7 @@ impl Trace {
         if !std::mem::replace(&mut self.said_large, true) {
             let text = format!(
                 "the task has more than {MAX_GRAPHS} graphs, or one with more than {MAX_NODES} \
-                 nodes or edges: not all are shown"
+                 nodes or {MAX_EDGES} edges: not all are shown"
             );
             self.say(line.header.sim_time_ns as f64 * 1.0e-9, text);
         }
@@ -192,15 +193,16 @@ impl Watched {
 
     fn active(&self) -> String {
         let runs = |node: usize| self.statuses.get(node) == Some(&NodeStatus::Running);
-        let has_child = |node: usize| {
-            let nodes = self.graph.nodes.iter().enumerate();
-            nodes
-                .filter(|(_, n)| n.parent == Some(node))
-                .any(|(child, _)| runs(child))
+        let running = || {
+            self.graph
+                .nodes
+                .iter()
+                .enumerate()
+                .filter(|(n, _)| runs(*n))
         };
-        let nodes = self.graph.nodes.iter().enumerate();
-        let tips: Vec<&str> = nodes
-            .filter(|(node, _)| runs(*node) && !has_child(*node))
+        let parents: BTreeSet<usize> = running().filter_map(|(_, n)| n.parent).collect();
+        let tips: Vec<&str> = running()
+            .filter(|(node, _)| !parents.contains(node))
             .map(|(_, n)| n.name.as_str())
             .collect();
         tips.join(", ")

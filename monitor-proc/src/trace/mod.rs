@@ -7,6 +7,7 @@
 //! change.
 
 use std::collections::{BTreeSet, VecDeque};
+use std::sync::Arc;
 
 use behavior::graph::{GraphEdge, GraphNode};
 use cell_model::runs::incident::Head;
@@ -27,7 +28,8 @@ pub const KEPT_LINES: usize = 500;
 /// Largest number of pictures, of nodes and edges of one, and of names of guards and keys: more
 /// than any policy has, except for edges. A page would not draw more in time.
 const MAX_GRAPHS: usize = 16;
-const MAX_NODES: usize = 4096;
+const MAX_NODES: usize = 16_384;
+const MAX_EDGES: usize = 4096;
 const MAX_NAMES: usize = 512;
 /// Interval at which an unchanged result is sent again, so that a page knows its age (simulated
 /// s).
@@ -268,7 +270,7 @@ impl TraceModel {
                 name,
                 ..Picture::default()
             };
-            picture.nodes.resize_with(count, unnamed_node);
+            picture.nodes = vec![unnamed_node(); count].into();
             picture.letters.resize(count, b'I');
             self.changes.graphs = true;
             self.changes.letters.insert(graph);
@@ -280,8 +282,10 @@ impl TraceModel {
         let Some(picture) = self.pictures.get_mut(graph) else {
             return;
         };
-        if let Some(known) = picture.nodes.get_mut(node).filter(|known| **known != spec) {
-            *known = spec;
+        if picture.nodes.get(node).is_some_and(|known| *known != spec) {
+            if let Some(known) = Arc::make_mut(&mut picture.nodes).get_mut(node) {
+                *known = spec;
+            }
             self.changes.graphs = true;
         }
     }
@@ -301,8 +305,8 @@ impl TraceModel {
         if !fits || picture.edges.contains(&edge) {
             return;
         }
-        if picture.edges.len() == MAX_NODES {
-            return self.exceed(seconds(line), "edges", MAX_NODES);
+        if picture.edges.len() == MAX_EDGES {
+            return self.exceed(seconds(line), "edges", MAX_EDGES);
         }
         picture.edges.push(edge);
         self.changes.graphs = true;

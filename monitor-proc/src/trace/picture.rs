@@ -1,6 +1,7 @@
 //! One graph of the policy, as the page shows it.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use behavior::graph::{GraphEdge, GraphNode};
 use serde_json::{Value, json};
@@ -9,7 +10,8 @@ use serde_json::{Value, json};
 #[derive(Clone, Debug, Default)]
 pub(super) struct Picture {
     pub(super) name: String,
-    pub(super) nodes: Vec<GraphNode>,
+    /// Shared with the states of the past, which are many.
+    pub(super) nodes: Arc<[GraphNode]>,
     pub(super) edges: Vec<GraphEdge>,
     pub(super) letters: Vec<u8>,
     pub(super) taken: Option<GraphEdge>,
@@ -40,7 +42,7 @@ impl Picture {
     }
 
     pub(super) fn to_json(&self) -> Value {
-        json!({ "name": self.name, "kind": self.kind(), "nodes": self.nodes, "edges": self.edges })
+        json!({ "name": self.name, "kind": self.kind(), "nodes": *self.nodes, "edges": self.edges })
     }
 
     /// The edge taken for `reason`, the trigger or event of its label; a new one if no row

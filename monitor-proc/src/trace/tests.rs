@@ -183,7 +183,7 @@ fn nonsense_is_left_out_and_the_log_is_bounded() {
 #[test]
 fn edges_beyond_the_limit_are_reported_once() {
     let mut trace = machine();
-    for label in 0..MAX_NODES + 5 {
+    for label in 0..MAX_EDGES + 5 {
         trace.take(&line(TraceKind::Edge, 0, 0, 1, &label.to_string()));
     }
     let changes = trace.take_changes();

@@ -67,6 +67,36 @@ export async function outline(test) {
   same("lines that are marked", await pane(page).locator(".tree-node.found").count(), 0);
 }
 
+/** A tree of ten thousand nodes: what runs is found at first sight, and any node by its name. */
+export async function largeTree(test) {
+  const { page, until, same, look } = test;
+  await isDrawn(test);
+  await until("the whole tree is there", (r) => r.store.graphs[0].nodes.length > 10_000);
+  await until("something runs", (r) => r.store.letters[0]?.includes("R"));
+  const lines = pane(page).locator(".tree-node:visible");
+  const count = await lines.count();
+  if (count < 50 || count > 300) throw new Error(`${count} lines are shown at first`);
+  await pane(page).locator(".inside", { hasText: "▶ wait" }).first().waitFor();
+  // A node that is folded away is found and brought into view.
+  await page.getByRole("searchbox", { name: "Find nodes" }).fill("wait 99.96");
+  await page.keyboard.press("Enter");
+  const chosen = pane(page).locator('[aria-selected="true"]');
+  same("the node that was found", await chosen.locator(".name").innerText(), "wait 99.96");
+  const [line, body] = [await chosen.boundingBox(), await pane(page).locator(".graph-body").boundingBox()];
+  if (line.y < body.y || line.y + line.height > body.y + body.height) throw new Error("the node that was found is out of view");
+  await page.keyboard.press("Escape");
+  // All of it at once.
+  await page.evaluate(() => {
+    for (const handle of document.querySelectorAll('.graph-pane [aria-expanded="false"] .chevron')) handle.click();
+  });
+  same("nodes that are shown", await lines.count(), await look((r) => r.store.graphs[0].nodes.length));
+  await look((r) => {
+    window.updates = 0;
+    r.store.on("graph", () => (window.updates += 1));
+  });
+  await until("it is updated", () => window.updates > 20);
+}
+
 /** The drawing of a tree: pan, zoom, fit; it looks the same when it comes again. */
 export async function drawing(test) {
   const { page, same, near } = test;

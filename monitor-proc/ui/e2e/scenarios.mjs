@@ -7,7 +7,7 @@ import { recorded, status } from "./status.mjs";
 import { guide, reach, scenes, sharp, views } from "./first.mjs";
 import { NOT_LIVE, PAUSED, TASK_PAUSED, flag, noFlag, starts } from "./flags.mjs";
 import { filter, lanes, replaySpeed, speed } from "./time.mjs";
-import { drawing, guards, outline } from "./graph.mjs";
+import { drawing, guards, outline, largeTree } from "./graph.mjs";
 import { grasp, jog } from "./guiding.mjs";
 import { hands } from "./hands.mjs";
 import { inspector } from "./inspect.mjs";
@@ -547,24 +547,31 @@ async function frames({ page, look, until, robocell }) {
   await until("the cell moves", noFlag(PAUSED));
   if (await look((r) => r.store.scene.start_event)) robocell("task", "start");
   await page.waitForTimeout(1000 * SETTLE_S);
-  const now = () => look((r) => ({ pictures: r.view.pictures, at: performance.now(), time: r.store.snapshot.time, level: r.view.quality.level.name }));
+  await look((r) => {
+    window.updates = 0;
+    r.store.on("graph", () => (window.updates += 1));
+  });
+  const now = () => look((r) => ({ pictures: r.view.pictures, at: performance.now(), time: r.store.snapshot.time, level: r.view.quality.level.name, updates: window.updates }));
   const [first, scriptBefore] = [await now(), await scriptS()];
   await page.waitForTimeout(1000 * MEASURE_S);
   const [last, scriptAfter] = [await now(), await scriptS()];
+  if (last.pictures === first.pictures) return "nothing moved";
   const scriptMs = (1000 * (scriptAfter - scriptBefore)) / (last.pictures - first.pictures);
   const seconds = (last.at - first.at) / 1000;
   const rate = (last.pictures - first.pictures) / seconds;
   const factor = (last.time - first.time) / seconds;
   const size = await look((r) => r.view.screen.size.join("x"));
   const level = first.level === last.level ? last.level : `${first.level}, then ${last.level}`;
-  return `${rate.toFixed(1)} pictures a second of ${size}, ${level}; scripts ${scriptMs.toFixed(1)} ms a picture; ${factor.toFixed(2)} times real time`;
+  const nodes = await look((r) => r.store.graphs.reduce((sum, graph) => sum + graph.nodes.length, 0));
+  const updates = `${((last.updates - first.updates) / seconds).toFixed(1)} updates a second of ${nodes} nodes`;
+  return `${rate.toFixed(1)} pictures a second of ${size}, ${level}; scripts ${scriptMs.toFixed(1)} ms a picture; ${updates}; ${factor.toFixed(2)} times real time`;
 }
 
 export const scenarios = {
   meshes, draws, drag, gizmo, buttons, crashes, scrub, plots, viewer, names,
   manual, flip, pallet, bins, windows, keyboard, frames,
   lanes, speed, filter, replaySpeed,
-  outline, drawing, guards, breakpoints, breakspots, policy, saved, code,
+  outline, largeTree, drawing, guards, breakpoints, breakspots, policy, saved, code,
   inspector, joints, ticks, answers, jobDrawing, load, targets,
   guide, views, sharp, reach, scenes,
   jog, grasp, hands, status, recorded, levels, readable, phone,

@@ -124,6 +124,77 @@ fn frame_rates() {
         eprintln!("{demo}");
         browse("frames", &[demo, "--paused"]);
     }
+    eprintln!("a tree of 10,000 nodes");
+    browse_large_tree("frames", &["--paused"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn a_tree_of_ten_thousand_nodes_is_folded_searched_and_updated() {
+    browse_large_tree("largeTree", &[]);
+}
+
+/// Runs a scenario on a cell whose task is a tree of some 10,000 nodes: a cube is moved
+/// thirty times, and beside it a hundred rows of nodes wait for a moment each.
+fn browse_large_tree(scenario: &str, options: &[&str]) {
+    let dir = tempfile::tempdir().unwrap();
+    let made = robocell(dir.path(), &["new", "large", "--as", "json"])
+        .current_dir(dir.path())
+        .status()
+        .unwrap();
+    assert!(made.success());
+    let data = dir.path().join("large");
+    let tree = data.join("cells/large.tree.json");
+    fs::write(tree, large_tree().to_string()).unwrap();
+    let data = data.to_str().unwrap();
+    browse(scenario, &[&["large", "--data", data], options].concat());
+}
+
+fn large_tree() -> Value {
+    let node = |kind: &str, name: &str, ports: Value, children: Vec<Value>| {
+        let id = name.replace([' ', '.'], "_");
+        json!({ "id": id, "type": kind, "name": name, "ports": ports, "children": children })
+    };
+    let leaf = |kind: &str, name: &str, ports: Value| json!({ "id": name.replace([' ', '.'], "_"), "type": kind, "name": name, "ports": ports });
+    let row = |row: u32| {
+        let waits = (0..98).map(|step| {
+            let seconds = 0.3 + 0.002 * f64::from(row);
+            leaf(
+                "Wait",
+                &format!("wait {row}.{step}"),
+                json!({ "seconds": seconds }),
+            )
+        });
+        let steps = node(
+            "Sequence",
+            &format!("row {row}"),
+            json!({}),
+            waits.collect(),
+        );
+        node("Repeat", &format!("again {row}"), json!({}), vec![steps])
+    };
+    let transfer = vec![
+        leaf("Pick", "pick", json!({ "object": "cube" })),
+        leaf(
+            "Place",
+            "place",
+            json!({ "object": "cube", "place": "mark" }),
+        ),
+    ];
+    let transfer = node("Sequence", "transfer", json!({}), transfer);
+    let mut children = vec![node(
+        "Repeat",
+        "job",
+        json!({ "count": 30 }),
+        vec![transfer],
+    )];
+    children.extend((0..100).map(row));
+    let ends = json!({ "policy": "selected", "selected": ["job"], "synchronise": false });
+    json!({
+        "format": "behavior-tree/1",
+        "name": "large",
+        "root": node("Parallel", "all", ends, children),
+    })
 }
 
 #[test]

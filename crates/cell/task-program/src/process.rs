@@ -121,8 +121,10 @@ struct TaskProcess<C> {
     is_successor: bool,
     /// The lost checkpoints that were reported last.
     lost: String,
-    /// Tick the pictures were sent at last, and when that was (ns).
+    /// Tick at which the pictures were begun last, the next line of them that was not sent,
+    /// and when a piece was sent last (ns).
     drawn: Option<u64>,
+    next_line: Option<usize>,
     drawn_ns: u64,
 }
 
@@ -197,6 +199,7 @@ impl<C: Clock> TaskProcess<C> {
             is_successor: start.generation > 1,
             lost: String::new(),
             drawn: None,
+            next_line: None,
             drawn_ns: 0,
         })
     }

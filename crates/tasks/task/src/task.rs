@@ -22,6 +22,8 @@
 mod panel;
 mod state;
 
+use std::ops::Range;
+
 use behavior::Graph;
 use cell_model::Cell;
 use ipc_types::decision::{CellIo, MAX_PLACED, Outcome};
@@ -212,9 +214,14 @@ impl Task {
         self.tracer.graphs()
     }
 
-    /// Appends the pictures of the policy as trace lines.
-    pub fn trace_pictures(&self, lines: &mut Vec<TraceLineText>) {
-        self.tracer.pictures(lines);
+    /// Number of trace lines of the pictures of the policy.
+    pub fn picture_lines(&self) -> usize {
+        self.tracer.picture_lines()
+    }
+
+    /// Appends those trace lines of the pictures of the policy.
+    pub fn trace_pictures(&self, range: Range<usize>, lines: &mut Vec<TraceLineText>) {
+        self.tracer.pictures(range, lines);
     }
 
     /// Appends the statuses of all nodes.

@@ -1,7 +1,9 @@
 //! The pictures of a policy, and the statuses of their nodes, as trace lines.
 
+use std::ops::Range;
+
 use behavior::NodeStatus;
-use behavior::graph::{Graph, GraphKind};
+use behavior::graph::{Graph, GraphEdge, GraphKind};
 use ipc_types::Text;
 use ipc_types::trace::{FIELD_END, LINE_BYTES, TraceEvent, TraceKind};
 
@@ -90,31 +92,53 @@ impl Tracer {
         }
     }
 
-    /// Appends the pictures.
-    pub fn pictures(&self, lines: &mut Vec<TraceLineText>) {
-        for (index, graph) in self.graphs.iter().enumerate() {
-            let count = number(graph.nodes.len());
-            for (node, spec) in graph.nodes.iter().enumerate() {
-                // The detail is last, since the end of a long line is cut.
-                let text = format!(
-                    "{}{FIELD_END}{}{FIELD_END}{}{FIELD_END}{}{FIELD_END}{}",
-                    graph.name, spec.id, spec.kind, spec.name, spec.detail
-                );
-                let mut line = line(TraceKind::Node, index, &text);
-                line.node = node;
-                // 0 means "no parent" in a message, so indices of parents count from 1.
-                line.from = spec.parent.map_or(0, |p| number(p + 1));
-                line.to = count;
-                lines.push(line);
-            }
-            for edge in &graph.edges {
-                let mut line = line(TraceKind::Edge, index, &edge.label);
-                line.from = number(edge.from);
-                line.to = number(edge.to);
-                lines.push(line);
-            }
-        }
+    /// Number of lines of the pictures.
+    pub fn picture_lines(&self) -> usize {
+        let lines = self.graphs.iter().map(|g| g.nodes.len() + g.edges.len());
+        lines.sum()
     }
+
+    /// Appends those lines of the pictures: all nodes of a graph, then its edges.
+    pub fn pictures(&self, range: Range<usize>, lines: &mut Vec<TraceLineText>) {
+        let all = self.graphs.iter().enumerate().flat_map(|(index, graph)| {
+            let nodes = (0..graph.nodes.len()).map(move |node| (index, graph, Part::Node(node)));
+            let edges = graph.edges.iter();
+            nodes.chain(edges.map(move |edge| (index, graph, Part::Edge(edge))))
+        });
+        let wanted = all.skip(range.start).take(range.len());
+        lines.extend(wanted.filter_map(|(index, graph, part)| match part {
+            Part::Node(node) => node_line(index, graph, node),
+            Part::Edge(edge) => Some(edge_line(index, edge)),
+        }));
+    }
+}
+
+/// Part of a picture that has one line.
+enum Part<'a> {
+    Node(usize),
+    Edge(&'a GraphEdge),
+}
+
+fn node_line(index: usize, graph: &Graph, node: usize) -> Option<TraceLineText> {
+    let spec = graph.nodes.get(node)?;
+    // The detail is last, since the end of a long line is cut.
+    let text = format!(
+        "{}{FIELD_END}{}{FIELD_END}{}{FIELD_END}{}{FIELD_END}{}",
+        graph.name, spec.id, spec.kind, spec.name, spec.detail
+    );
+    let mut line = line(TraceKind::Node, index, &text);
+    line.node = node;
+    // 0 means "no parent" in a message, so indices of parents count from 1.
+    line.from = spec.parent.map_or(0, |p| number(p + 1));
+    line.to = number(graph.nodes.len());
+    Some(line)
+}
+
+fn edge_line(index: usize, edge: &GraphEdge) -> TraceLineText {
+    let mut line = line(TraceKind::Edge, index, &edge.label);
+    line.from = number(edge.from);
+    line.to = number(edge.to);
+    line
 }
 
 fn number(index: usize) -> u32 {

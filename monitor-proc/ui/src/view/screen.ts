@@ -19,6 +19,8 @@ export class Screen {
   private smooth: WebGLRenderTarget | null = null;
   private level: Level | null = null;
   private shadowsAt = -Infinity;
+  /** Width and height of the element (CSS pixels); to ask the element in each picture costs a layout of the page. */
+  size: [number, number] = [1, 1];
 
   constructor(private readonly element: HTMLElement) {
     this.renderer = new WebGLRenderer({ antialias: false, powerPreference: "high-performance" });
@@ -51,12 +53,8 @@ export class Screen {
     this.resize();
   }
 
-  /** Width and height of the element (CSS pixels). */
-  get size(): [number, number] {
-    return [Math.max(1, this.element.clientWidth), Math.max(1, this.element.clientHeight)];
-  }
-
   resize(): void {
+    this.size = [Math.max(1, this.element.clientWidth), Math.max(1, this.element.clientHeight)];
     const ratio = Math.min(window.devicePixelRatio, this.level?.densest ?? 1) * (this.level?.pixels ?? 1);
     this.renderer.setPixelRatio(ratio);
     this.renderer.setSize(...this.size, true);

@@ -12,10 +12,14 @@ use super::TaskProcess;
 /// Interval of the statuses of all nodes (ticks).
 // Ten times a second: faster than people read, and 100 nodes are one line (ADR 0009).
 const STATUS_TICKS: u64 = 100;
-/// Interval of the pictures (ticks).
-// A page that connects late can draw within a second. 100 nodes cost 100 lines a second of
-// the 1024 that the topic keeps (ADR 0009).
+/// Shortest interval of the pictures (ticks).
+// A page that connects late can draw within a second (ADR 0009). Pictures of more than 1000
+// lines have a longer interval, of a tick for each line: a recording has all of them.
 const PICTURE_TICKS: u64 = 1000;
+/// Lines of the pictures sent at once, and the wall time between two such pieces (ns).
+// The topic keeps 1024 lines, and the monitor reads them 60 times a second.
+const PIECE_LINES: usize = 128;
+const PIECE_NS: u64 = 5_000_000;
 
 impl<C: Clock> TaskProcess<C> {
     pub(super) fn report(&mut self, begun: &Begun, restored: Restored, tick: u64) {
@@ -46,16 +50,27 @@ impl<C: Clock> TaskProcess<C> {
         }
     }
 
-    /// Adds all node statuses at 10 Hz, and the pictures once a second for new subscribers.
+    /// Adds all node statuses at 10 Hz, and the pictures, in pieces, for new subscribers.
     pub(super) fn draw(&mut self, tick: u64) {
+        let now_ns = self.clock.now_ns();
+        let interval = self.picture_interval();
         // A tick that is earlier than the last picture is a new scene.
         if self
             .drawn
-            .is_none_or(|drawn| tick >= drawn + PICTURE_TICKS || tick < drawn)
+            .is_none_or(|drawn| tick >= drawn + interval || tick < drawn)
         {
             self.drawn = Some(tick);
-            self.drawn_ns = self.clock.now_ns();
-            self.decider.task.trace_pictures(&mut self.lines);
+            self.next_line = Some(0);
+            self.drawn_ns = 0;
+        }
+        if let Some(from) = self.next_line
+            && now_ns >= self.drawn_ns + PIECE_NS
+        {
+            let next = from + PIECE_LINES;
+            let task = &self.decider.task;
+            task.trace_pictures(from..next, &mut self.lines);
+            self.next_line = (next < task.picture_lines()).then_some(next);
+            self.drawn_ns = now_ns;
         }
         if tick.is_multiple_of(STATUS_TICKS) {
             self.decider.task.trace_statuses(&mut self.lines);
@@ -69,13 +84,24 @@ impl<C: Clock> TaskProcess<C> {
             return;
         };
         // Wall time, the only one that advances; the same period as with simulated time.
-        if now_ns < self.drawn_ns + PICTURE_TICKS * TICK_NS {
+        let wait_ns = match self.next_line {
+            Some(_) => PIECE_NS,
+            None => self.picture_interval() * TICK_NS,
+        };
+        if now_ns < self.drawn_ns + wait_ns {
             return;
         }
-        self.drawn = None;
+        if self.next_line.is_none() {
+            self.drawn = None;
+        }
         self.lines.clear();
         self.draw(tick);
         self.send_lines(tick);
+    }
+
+    /// Interval of the pictures (ticks).
+    fn picture_interval(&self) -> u64 {
+        PICTURE_TICKS.max(self.decider.task.picture_lines() as u64)
     }
 
     pub(super) fn send_lines(&mut self, tick: u64) {

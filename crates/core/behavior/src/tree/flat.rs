@@ -16,7 +16,7 @@ use crate::board::{In, Slot};
 use crate::status::{NodeStatus, ResetReason, Status};
 
 /// No child.
-// Not an index: a tree has at most 1024 operations.
+// Not an index: a tree has fewer operations.
 pub(super) const NONE: u32 = u32::MAX;
 
 /// The kind of an operation.

@@ -255,7 +255,7 @@ impl<H: Host> Builder<'_, H> {
     }
 
     fn push(&mut self, code: Code, side: usize, outermost: bool, key: &str) {
-        // Indices fit: MAX_NODES is 1024.
+        // Indices fit: MAX_NODES is below 65,536.
         let narrow = |index: usize| u16::try_from(index).unwrap_or(u16::MAX);
         let mut op = Op::new(code, narrow(self.graph.nodes.len() - 1), outermost);
         op.side = narrow(side);

@@ -36,5 +36,6 @@ pub use spec::{Abort, Kind, Memory, Modifier, Node, OneShotPolicy, ParallelPolic
 // A tick recurses once per level, on the stack of the task.
 pub const MAX_DEPTH: usize = 64;
 /// Largest number of nodes of a tree; each modifier counts as one.
-// The work of a tick is bounded by it; nodes also have 16-bit indices and a line of the trace.
-pub const MAX_NODES: usize = 1024;
+// The work of a tick and the size of a checkpoint are bounded by it; nodes also have 16-bit
+// indices.
+pub const MAX_NODES: usize = 16_384;

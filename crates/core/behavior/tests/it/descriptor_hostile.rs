@@ -55,7 +55,7 @@ fn a_hundred_thousand_nodes() {
     let wrong = refusal(&text);
     assert!(
         wrong.starts_with(&format!(
-            "t.json:{MAX_NODES}:1: the tree has more than 1024"
+            "t.json:{MAX_NODES}:1: the tree has more than 16384"
         )),
         "{wrong}"
     );
@@ -120,7 +120,7 @@ fn subtrees_that_multiply() {
         r#""subtrees": {{{subtrees}}}, "root": {{"id": "r", "type": "Subtree", "subtree": "s24"}}"#
     ));
     let wrong = refusal(&text);
-    assert!(wrong.contains("more than 1024 nodes"), "{wrong}");
+    assert!(wrong.contains("more than 16384 nodes"), "{wrong}");
 }
 
 #[test]

@@ -176,7 +176,7 @@ fn parts_of_a_subtree_and_nodes_without_an_id_are_told_apart() {
 #[test]
 fn what_is_wrong_is_named() {
     let good = for_each("[1, 2]");
-    let many: Vec<String> = (0..400).map(|n| format!("0.{n:03}")).collect();
+    let many: Vec<String> = (0..6000).map(|n| format!("0.{n:04}")).collect();
     let many = format!("[{}]", many.join(", "));
     for (from, to, wanted) in [
         (

@@ -251,6 +251,6 @@ fn trees_that_are_too_deep_or_too_large_are_refused() {
     };
     assert_eq!(refused(wide(MAX_NODES)), "");
     let text = refused(wide(MAX_NODES + 5));
-    assert!(text.contains("more than 1024 nodes"));
+    assert!(text.contains("more than 16384 nodes"));
     assert_eq!(text.lines().count(), 2);
 }

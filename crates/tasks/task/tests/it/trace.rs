@@ -112,8 +112,13 @@ impl Policy for Large {
 fn a_picture_of_any_size_is_sent_in_lines_that_can_be_put_together() {
     let mut task = Task::new(&load("franka-pyramid"), "large", GRIP_FORCE_N, boxed(Large));
     let mut lines = Vec::new();
-    task.trace_pictures(&mut lines);
-    assert_eq!(lines.len(), NODES + 1);
+    let count = task.picture_lines();
+    assert_eq!(count, NODES + 1);
+    // In pieces, as a task process sends them.
+    for from in (0..count).step_by(7) {
+        task.trace_pictures(from..from + 7, &mut lines);
+    }
+    assert_eq!(lines.len(), count);
     let fields: Vec<&str> = lines[1].text.as_str().split(FIELD_END).collect();
     assert_eq!(fields, ["large", "n1", "phase", "n1", "what it does"]);
     // The parent counts from 1, and each line has the number of all nodes.

@@ -17,6 +17,8 @@ export class Line {
   private readonly inside = el("span", { class: "inside" });
   /** Simulated time at which the node began to run. */
   private since: number | null = null;
+  private letter = "";
+  private told = "";
 
   constructor(place: Place, shape: Shape, index: number) {
     const { context, graph } = place;
@@ -38,10 +40,12 @@ export class Line {
       this.time,
     );
     this.row.style.setProperty("--depth", String(depth));
+    this.show("I", null);
   }
 
   show(letter: string, now: number | null): void {
-    if (this.row.dataset.status === letter) return;
+    if (this.letter === letter) return;
+    this.letter = letter;
     this.row.dataset.status = letter;
     this.since = letter === "R" ? now : null;
     const [sign, word] = MARKS[letter] ?? ["·", "not ticked"];
@@ -51,11 +55,16 @@ export class Line {
 
   /** Names the node that runs within the collapsed subtree of this one. */
   tellInside(name: string | null): void {
-    setText(this.inside, name === null ? "" : `▶ ${name}`);
+    const words = name === null ? "" : `▶ ${name}`;
+    if (words === this.told) return;
+    this.told = words;
+    setText(this.inside, words);
   }
 
-  tellTime(now: number): void {
+  /** Shows for how long the node has run; whether it runs. */
+  tellTime(now: number): boolean {
     const { since } = this;
     setText(this.time, since === null || now < since ? "" : `${(now - since).toFixed(1)} s`);
+    return since !== null;
   }
 }

@@ -14,19 +14,22 @@ export class Outline implements GraphView {
   private readonly lines: Line[];
   private chosen = 0;
   private deepest = -1;
+  private letters = "";
+  /** Lines whose running time is shown. */
+  private readonly timed = new Set<Line>();
 
   constructor(private readonly place: Place) {
     const { context, graph } = place;
     this.root = el("div", { class: "tree", role: "tree", "aria-label": `The tree ${graph.name}` });
     this.shape = shapeOf(graph);
-    this.folds = foldsOf(keyOf(place));
+    this.folds = foldsOf(keyOf(place), graph, this.shape);
     this.lines = graph.nodes.map((_, index) => new Line(place, this.shape, index));
-    this.root.append(...this.lines.map(({ row }) => row));
+    this.root.append(...chunks(this.lines));
     this.listen();
     if (place.name !== "beside") {
       context.pulse.add(this.root, () => {
         const now = context.snapshot?.time ?? 0;
-        for (const line of this.lines) line.tellTime(now);
+        for (const line of this.timed) if (!line.tellTime(now)) this.timed.delete(line);
       });
     }
     this.fold();
@@ -36,8 +39,15 @@ export class Outline implements GraphView {
   show(): void {
     const { store } = this.place.context;
     const letters = store.letters[this.place.at] ?? "";
+    if (letters === this.letters) return;
     this.deepest = letters.lastIndexOf("R");
-    for (const [index, line] of this.lines.entries()) line.show(letters[index] ?? "I", store.snapshot?.time ?? null);
+    for (const [index, line] of this.lines.entries()) {
+      const letter = letters[index] ?? "I";
+      if (letter === this.letters[index]) continue;
+      line.show(letter, store.snapshot?.time ?? null);
+      if (letter === "R") this.timed.add(line);
+    }
+    this.letters = letters;
     this.tellInside();
   }
 
@@ -102,9 +112,10 @@ export class Outline implements GraphView {
   }
 
   private tellInside(): void {
-    const { context, at, graph } = this.place;
+    const { graph } = this.place;
+    const running = runningBelow(this.shape, this.letters);
     for (const [index, line] of this.lines.entries()) {
-      const runs = this.isShut(index) ? runningBelow(this.shape, context.store.letters[at] ?? "", index) : null;
+      const runs = this.isShut(index) ? (running[index] ?? null) : null;
       line.tellInside(runs === null ? null : (graph.nodes[runs]?.name ?? ""));
     }
   }
@@ -159,4 +170,15 @@ export class Outline implements GraphView {
     const next = Math.min(Math.max(shown.indexOf(this.chosen) + by, 0), shown.length - 1);
     this.choose(shown[next] ?? 0, true);
   }
+}
+
+/** Lines of one element: the browser lays out and draws only the elements in view. */
+const CHUNK = 64;
+
+function chunks(lines: readonly Line[]): HTMLElement[] {
+  const count = Math.ceil(lines.length / CHUNK);
+  return Array.from({ length: count }, (_, chunk) => {
+    const rows = lines.slice(CHUNK * chunk, CHUNK * (chunk + 1)).map(({ row }) => row);
+    return el("div", { class: count > 1 ? "tree-chunk" : "", role: "none" }, ...rows);
+  });
 }

@@ -63,6 +63,10 @@ class Pane {
     const graph = context.store.graphs[at];
     this.view = graph === undefined ? null : makeView({ context, at, graph, name, onNode });
     this.body.replaceChildren(this.view?.root ?? empty);
+    // Classes instead of `:has`, which looks through a tree of thousands of nodes at every change.
+    const has = (selector: string) => this.body.querySelector(selector) !== null;
+    this.body.classList.toggle("with-drawing", has(".viewport"));
+    this.body.parentElement?.classList.toggle("with-table", has(".live-table"));
     this.tools.hidden = this.view === null;
     const isTree = graph?.kind === "tree";
     this.tree.hidden = !isTree;
@@ -93,11 +97,16 @@ export function graphPane(context: PanelContext, choice: GraphChoice, onNode: (n
   };
   choice.on(draw);
   pane.listen(root, draw);
+  let changed = false;
   context.store.on("graph", (index) => {
-    if (index !== choice.index) return;
+    if (index === choice.index) changed = true;
+  });
+  context.pulse.add(root, () => {
+    if (!changed) return;
+    changed = false;
     pane.show();
     // A person who reads is not led away.
-    if (!root.matches(":hover, :focus-within") && root.checkVisibility()) pane.view?.follow();
+    if (!root.matches(":hover, :focus-within")) pane.view?.follow();
   });
   draw();
   return root;

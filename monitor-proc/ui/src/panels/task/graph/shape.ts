@@ -43,9 +43,15 @@ export function below(shape: Shape, node: number): number[] {
   return (shape.children[node] ?? []).flatMap((child) => [child, ...below(shape, child)]);
 }
 
-/** The deepest node below `node` that runs, or null. */
-export function runningBelow(shape: Shape, letters: string, node: number): number | null {
-  return below(shape, node).filter((one) => letters[one] === "R").at(-1) ?? null;
+/** By node, the last node below it that runs, or null. */
+export function runningBelow({ parents }: Shape, letters: string): (number | null)[] {
+  const last: (number | null)[] = parents.map(() => null);
+  for (let node = parents.length - 1; node >= 0; node -= 1) {
+    const runs = last[node] ?? (letters[node] === "R" ? node : null);
+    const parent = parents[node] ?? null;
+    if (runs !== null && parent !== null && (last[parent] ?? -1) < runs) last[parent] = runs;
+  }
+  return last;
 }
 
 /** Expands what hides `node`. */

@@ -21,7 +21,7 @@ export class TreeDrawing implements GraphView {
   constructor(private readonly place: Place) {
     const { graph } = place;
     this.shape = shapeOf(graph);
-    this.folds = foldsOf(keyOf(place));
+    this.folds = foldsOf(keyOf(place), graph, this.shape);
     this.layout = treeLayout(graph, this.shape, this.folds);
     const most = place.name === "large" ? 1.6 : 1.25;
     this.viewport = new Viewport(`${place.name}/${keyOf(place)}/tree`, `The tree ${graph.name}`, this.layout, most);
@@ -44,10 +44,11 @@ export class TreeDrawing implements GraphView {
   show(): void {
     const { context, at, graph } = this.place;
     const letters = context.store.letters[at] ?? "";
+    const running = runningBelow(this.shape, letters);
     for (const [index, node] of this.nodes) {
       node.dataset.status = letters[index] ?? "I";
       const shut = this.folds.has(graph.nodes[index]?.id ?? "");
-      const runs = shut ? runningBelow(this.shape, letters, index) : null;
+      const runs = shut ? (running[index] ?? null) : null;
       const inside = node.querySelector(".inside");
       const words = runs === null ? "" : `▶ ${graph.nodes[runs]?.name ?? ""}`;
       if (inside !== null && inside.textContent !== words) inside.textContent = words;
