@@ -2,6 +2,7 @@
 //! turns, on the same cores, in the same minutes.
 
 mod behavior;
+mod camera;
 mod cores;
 mod e2e;
 mod error;
@@ -43,6 +44,8 @@ enum Kind {
     Physics,
     /// Trees, machines and matrices.
     Behavior,
+    /// Pictures of cameras.
+    Camera,
     /// The page and the recorder.
     Monitor,
     /// Many cells, and one that grows.
@@ -93,6 +96,7 @@ pub fn main(peers: Option<&Peers>) -> ExitCode {
             Some([row, times]) => behavior::only(row, times, peers),
             _ => behavior::bench(json, peers),
         },
+        Kind::Camera => camera::run(json).map_err(Into::into),
         Kind::Monitor => monitor::run(arguments.seconds, json).map_err(Into::into),
         Kind::Fleet => fleet::run(arguments.seconds, json).map_err(Into::into),
     };

@@ -7,7 +7,7 @@ use supervisor::failure::Failure;
 use crate::cli::{AssetsArgs, AssetsVerb, BenchArgs, Cli, Command, SpheresArgs};
 use crate::eval;
 use crate::progress::Progress;
-use crate::{chaos, client, complete, man, new, plot, record, replay, run, task_program};
+use crate::{camera, chaos, client, complete, man, new, plot, record, replay, run, task_program};
 
 /// Does what the command line says.
 pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
@@ -24,6 +24,7 @@ pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
         Command::Record(args) => record::record(args),
         Command::Plot(args) => plot::plot(args),
         Command::Replay(args) => replay::replay(args),
+        Command::Camera(args) => camera::run(args),
         Command::Assets(args) => assets(args),
         Command::Spheres(args) => spheres(args),
         Command::Restart(args) => client::restart(args),

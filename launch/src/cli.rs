@@ -10,6 +10,7 @@ pub use crate::cli_behaviour::{
     BehaviourArgs, BehaviourVerb, CheckArgs, ImportArgs, PictureFormat, SchemaArgs, SchemaKind,
     ShowArgs, TreeArgs, TreeVerb,
 };
+pub use crate::cli_camera::CameraArgs;
 pub use crate::cli_common::{
     CellArgs, CompleteArgs, DataArgs, JobArgs, ManArgs, ProcessName, ProgramArgs, SceneArgs,
 };
@@ -76,6 +77,8 @@ pub enum Command {
     Plot(PlotArgs),
     /// Show a recording on the page, or recompute it and compare
     Replay(ReplayArgs),
+    /// Draw what the cameras of a cell see at a time of a run
+    Camera(CameraArgs),
     /// Fetch the meshes of the robots for the page
     Assets(AssetsArgs),
     /// Fit collision spheres to the meshes of a URDF and print an XRDF
@@ -236,6 +239,8 @@ pub enum BenchKind {
     Physics,
     /// Trees, machines and the task's record
     Behavior,
+    /// Pictures of the cameras of two demos
+    Camera,
     /// Cost of the page and the recorder
     Monitor,
     /// Cells per core, memory of a cell, start of an episode, cost over size

@@ -4,9 +4,11 @@
 
 mod app;
 mod asked;
+mod camera;
 pub mod chaos;
 pub mod cli;
 mod cli_behaviour;
+mod cli_camera;
 mod cli_common;
 mod cli_eval;
 mod cli_hand;

@@ -2,8 +2,7 @@
 
 use camera::{Light, Picture, Scene, View, draw};
 use cell_model::Cell;
-use cell_model::cells::cell::{CameraSpec, MAX_PIXELS, looking};
-use cell_model::suggest;
+use cell_model::cells::cell::{MAX_PIXELS, looking};
 use ipc_types::WorldState;
 use nalgebra::Vector3;
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
@@ -18,34 +17,6 @@ pub(crate) type Seen<'py> = (
     Bound<'py, PyArray2<f32>>,
     Bound<'py, PyArray2<u16>>,
 );
-
-/// Pictures of the cameras of these names.
-///
-/// # Errors
-/// For a name that the cell has no camera of.
-pub(crate) fn observe(
-    cell: &Cell,
-    state: &WorldState,
-    names: &[String],
-) -> Result<Vec<Picture>, String> {
-    let known = |name: &String| {
-        let found = cell.cameras.iter().find(|camera| camera.name == *name);
-        let names: Vec<&str> = cell.cameras.iter().map(|c| c.name.as_str()).collect();
-        found.ok_or_else(|| {
-            format!(
-                "camera '{name}' is not known; {}",
-                suggest::advice(name, &names)
-            )
-        })
-    };
-    let cameras: Vec<&CameraSpec> = names.iter().map(known).collect::<Result<_, _>>()?;
-    let scene = Scene::new(cell, state);
-    let light = Light::default();
-    let pictures = cameras
-        .into_iter()
-        .map(|camera| draw(&scene, &View::of(cell, state, camera), &light));
-    Ok(pictures.collect())
-}
 
 /// A picture from `eye_m` towards `target_m`, by default those of the first view of the page.
 ///

@@ -291,9 +291,9 @@ impl Sim {
     ) -> PyResult<Vec<picture::Seen<'py>>> {
         let pictures = py.detach(|| {
             let run = self.lock();
-            picture::observe(&run.cell, run.sim.state(), &cameras)
+            camera::observe(&run.cell, run.sim.state(), &cameras)
         });
-        let pictures = pictures.map_err(PyValueError::new_err)?;
+        let pictures = pictures.map_err(|error| PyValueError::new_err(error.to_string()))?;
         pictures
             .iter()
             .map(|picture| picture::arrays(py, picture))

@@ -4,7 +4,7 @@ mod arms;
 mod banner;
 mod first_page;
 mod narrator;
-mod one_process;
+pub(crate) mod one_process;
 pub(crate) mod plan;
 
 use cell_model::runs::spec::RecordSpec;

@@ -9,9 +9,19 @@ use supervisor::rundir::{RunDir, base};
 
 use crate::task_program;
 
-/// Runs `plan` in one process. It needs no shared memory and no name, so many
-/// can run side by side.
+/// Runs `plan` in one process.
 pub(crate) fn run(plan: &Plan, json: bool) -> Result<(), Failure> {
+    let arguments = json.then(|| "--json".to_owned());
+    by_task_program(plan, "run", arguments)
+}
+
+/// Has the task program do `verb` with the cell of `plan`. It needs no shared memory and no
+/// name, so many can run side by side.
+pub(crate) fn by_task_program(
+    plan: &Plan,
+    verb: &str,
+    arguments: impl IntoIterator<Item = String>,
+) -> Result<(), Failure> {
     // Ctrl-C reaches the other program, too; ours stays to tidy up.
     cell_rt::signal::install_stop_handler().cannot("listen to signals")?;
     let dir = RunDir::at(base().join(format!(".one-{}", std::process::id())));
@@ -26,14 +36,11 @@ pub(crate) fn run(plan: &Plan, json: bool) -> Result<(), Failure> {
         .save(&dir.spec())
         .map_err(Failure::configuration)
         .and_then(|()| {
-            let mut arguments = vec![
-                "run".to_owned(),
-                "--spec".to_owned(),
-                dir.spec().display().to_string(),
-            ];
-            arguments.extend(json.then(|| "--json".to_owned()));
+            let spec_file = dir.spec().display().to_string();
+            let mut words = vec![verb.to_owned(), "--spec".to_owned(), spec_file];
+            words.extend(arguments);
             let ended = dir.path().join(ENDED_FILE);
-            task_program::run_to_its_end(spec.task_program.as_deref(), &arguments, &ended)
+            task_program::run_to_its_end(spec.task_program.as_deref(), &words, &ended)
         });
     std::fs::remove_dir_all(dir.path()).ok();
     if cell_rt::signal::stop_requested() {

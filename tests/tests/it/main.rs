@@ -37,6 +37,7 @@ mod outputs;
 mod page;
 mod page_serving;
 mod physics_kills;
+mod pictures;
 mod plot;
 mod replaced;
 mod replay;

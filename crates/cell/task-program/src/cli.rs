@@ -23,6 +23,7 @@ use clap::{Parser, Subcommand};
 
 use crate::around;
 use crate::bisect::Found;
+use crate::camera::{self, CameraArgs};
 use crate::checked::Checked;
 use crate::evaluate::{self, EvalArgs};
 use crate::failure::CliError;
@@ -54,6 +55,8 @@ enum Command {
         #[arg(long)]
         json: bool,
     },
+    /// Draw what cameras see.
+    Camera(CameraArgs),
     /// Run many seeds, one row each.
     Eval(Box<EvalArgs>),
     /// Pictures and checks of behaviours.
@@ -161,6 +164,12 @@ fn run(program: &Program, words: &[String]) -> Result<ExitCode, CliError> {
             let code = run_file(program, &spec, json);
             // The launcher takes an exit without this file for one that a policy called.
             std::fs::write(spec.with_file_name(ENDED_FILE), "").ok();
+            code
+        }
+        Command::Camera(args) => {
+            let code = camera::run(program, &args);
+            // As for `run`: this exit is not one that a policy called.
+            std::fs::write(args.spec.with_file_name(ENDED_FILE), "").ok();
             code
         }
         Command::Eval(args) => evaluate::run(program, *args),

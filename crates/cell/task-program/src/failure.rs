@@ -2,6 +2,7 @@
 
 use cell_sim::SimError;
 
+use crate::camera::CameraError;
 use crate::inspect::InspectError;
 use crate::recordings::RecordingError;
 use crate::rows::RowsError;
@@ -21,6 +22,9 @@ pub(crate) enum CliError {
     /// Recordings of failed runs.
     #[error(transparent)]
     Recordings(#[from] RecordingError),
+    /// Pictures of cameras.
+    #[error(transparent)]
+    Camera(#[from] CameraError),
     /// The files of a robot, which the launcher passes on.
     #[error("--robot: {0}")]
     Robot(#[from] serde_json::Error),

@@ -10,6 +10,7 @@
 
 mod around;
 mod bisect;
+mod camera;
 mod checked;
 mod cli;
 mod evaluate;

@@ -14,12 +14,14 @@ mod cast;
 mod draw;
 mod light;
 mod nearest;
+mod observe;
 mod scene;
 mod shade;
 mod view;
 
 pub use draw::draw;
 pub use light::Light;
+pub use observe::{UnknownCamera, observe};
 pub use scene::{Scene, instances};
 pub use view::View;
 

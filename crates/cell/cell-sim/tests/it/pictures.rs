@@ -1,6 +1,7 @@
 //! Pictures of the cameras of a cell, against rays of the physics engine.
 
 use camera::{Light, NEAR_M, Picture, Scene, View, draw, instances};
+use cell_model::random::Random;
 use cell_model::{Cell, Data, Shape};
 use cell_sim::{OneProcess, eval::template};
 use ipc_types::WorldState;
@@ -99,35 +100,95 @@ fn engine_hit<'a>(
     ahead.min_by(|one, other| one.0.total_cmp(&other.0))
 }
 
-#[allow(clippy::print_stdout, reason = "a series prints its figures")]
-fn agrees(demo: &str, name: &str) {
-    let (cell, state) = cell_after(demo, 3, 12);
-    let (view, picture) = picture(&cell, &state, name);
-    let (names, shapes) = (instances(&cell), engine_shapes(&cell, &state));
+/// Pixels that were compared with rays of the engine.
+#[derive(Clone, Copy, Debug, Default)]
+struct Compared {
+    pixels: usize,
+    /// Pixels in which something is seen.
+    seen: usize,
+    /// Pixels of another body.
+    other: usize,
+    /// Pixels of the same body with another depth.
+    deep: usize,
+}
+
+impl Compared {
+    fn add(&mut self, more: Self) {
+        self.pixels += more.pixels;
+        self.seen += more.seen;
+        self.other += more.other;
+        self.deep += more.deep;
+    }
+}
+
+/// Compares those pixels of a camera.
+fn compare(
+    cell: &Cell,
+    state: &WorldState,
+    name: &str,
+    pixels: impl Fn(usize) -> Vec<usize>,
+) -> Compared {
+    let (view, picture) = picture(cell, state, name);
+    let (names, shapes) = (instances(cell), engine_shapes(cell, state));
     let (width, height) = (view.width as usize, view.height as usize);
+    let pixels = pixels(width * height);
     let (mut other, mut deep, mut seen) = (0, 0, 0);
-    for (at, (mask, depth)) in picture.mask.iter().zip(&picture.depth_m).enumerate() {
+    for at in &pixels {
+        let (at, mask, depth) = (*at, picture.mask[*at], picture.depth_m[*at]);
         let slopes = [(at % width, width), (at / width, height)];
         let slopes =
             slopes.map(|(at, count)| (at as f64 + 0.5 - 0.5 * count as f64) / view.focal());
         let hit = engine_hit(&shapes, &view, slopes);
-        let ours = (*mask > 0).then(|| names[usize::from(*mask) - 1].as_str());
+        let ours = (mask > 0).then(|| names[usize::from(mask) - 1].as_str());
         seen += usize::from(ours.is_some());
         if hit.map(|(_, name)| name) != ours {
             other += 1;
-        } else if hit.is_some_and(|(theirs, _)| (theirs - f64::from(*depth)).abs() > SAME_DEPTH_M) {
+        } else if hit.is_some_and(|(theirs, _)| (theirs - f64::from(depth)).abs() > SAME_DEPTH_M) {
             deep += 1;
         }
     }
-    println!(
-        "{demo} {name}: of {} pixels, {seen} with something, {other} show something else, {deep} another depth",
-        width * height
-    );
-    assert!(seen > width * height / 10, "the camera sees nothing");
+    Compared {
+        pixels: pixels.len(),
+        seen,
+        other,
+        deep,
+    }
+}
+
+fn agrees(demo: &str, name: &str) {
+    let (cell, state) = cell_after(demo, 3, 12);
+    let found = compare(&cell, &state, name, |count| (0..count).collect());
+    assert!(found.seen > found.pixels / 10, "the camera sees nothing");
     assert!(
-        (other + deep) * PIXELS_PER_DIFFERENCE <= width * height,
-        "{demo} {name}: {other} and {deep} pixels differ"
+        (found.other + found.deep) * PIXELS_PER_DIFFERENCE <= found.pixels,
+        "{demo} {name}: {found:?}"
     );
+}
+
+/// `cargo test -p robocell-cell-sim --release --test it -- --ignored --nocapture random_pixels`
+#[test]
+#[ignore = "a series: a million pixels"]
+#[allow(clippy::print_stdout, reason = "a series prints its figures")]
+fn random_pixels_show_what_rays_of_the_engine_hit() {
+    const PIXELS: usize = 1_000_000;
+    const EACH: usize = 10_000;
+    let mut random = Random::new(11);
+    let mut all = Compared::default();
+    while all.pixels < PIXELS {
+        for (demo, _) in Data::checkout().demos() {
+            let (seed, seconds) = (random.below(1000) as u64, random.below(30) as u64);
+            let (cell, state) = cell_after(&demo, seed, seconds);
+            for camera in &cell.cameras {
+                let count = camera.width as usize * camera.height as usize;
+                let chosen: Vec<usize> = (0..EACH).map(|_| random.below(count)).collect();
+                let found = compare(&cell, &state, &camera.name, |_| chosen.clone());
+                all.add(found);
+                println!("{demo} seed {seed} {seconds} s {}: {found:?}", camera.name);
+            }
+        }
+    }
+    println!("all: {all:?}");
+    assert!((all.other + all.deep) * PIXELS_PER_DIFFERENCE <= all.pixels);
 }
 
 #[test]
