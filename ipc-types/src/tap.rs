@@ -232,6 +232,15 @@ impl<'a> Pieces<'a> {
     pub fn of(state: &WorldState, before: &'a [ObjectState]) -> Self {
         // From the tick, so that it does not depend on when physics or the recorder started.
         let all = state.header.tick.is_multiple_of(OBJECT_TICKS);
+        Self::with(state, all, before)
+    }
+
+    /// Pieces with all objects of `state`, whatever its tick.
+    pub fn whole(state: &WorldState) -> Self {
+        Self::with(state, true, &[])
+    }
+
+    fn with(state: &WorldState, all: bool, before: &'a [ObjectState]) -> Self {
         let mut pieces = Self {
             next: 0,
             count: 0,

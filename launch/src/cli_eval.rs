@@ -8,7 +8,7 @@ use evaluation::shard::Shard;
 
 use crate::cli_common::{DataArgs, JobArgs};
 use crate::cli_robot::RobotArgs;
-use crate::cli_values::{seed_range, share};
+use crate::cli_values::{count, seed_range, share};
 
 /// `robocell eval`.
 #[derive(Clone, Debug, Args)]
@@ -30,8 +30,15 @@ pub struct EvalArgs {
     #[arg(long, value_name = "FILE.jsonl")]
     pub out: Option<PathBuf>,
     /// Record each episode that does not end done to this directory, by running it once more
-    #[arg(long, value_name = "DIR", requires = "out")]
+    #[arg(long, value_name = "DIR", requires = "out", conflicts_with = "rate")]
     pub record_failures: Option<PathBuf>,
+    /// Hold each action of the task for the period of this rate, in numbers of 32 bits, as a
+    /// learned policy acts (Hz)
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = count)]
+    pub rate: Option<u32>,
+    /// Record the decisions of each episode, and a state for each action, to this directory
+    #[arg(long, value_name = "DIR", requires = "rate")]
+    pub record: Option<PathBuf>,
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
     pub episodes: EpisodeArgs,

@@ -30,6 +30,8 @@ fn run_seeds(args: &EvalArgs) -> Result<(), Failure> {
     // The command line requires both.
     let demo = args.demo.as_deref().unwrap_or_default();
     let mut order = Order::of(&args.episodes, demo, args.seeds.unwrap_or_default())?;
+    order.add("--rate", args.rate.map(|rate| rate.to_string()));
+    order.add("--record", args.record.as_deref().map(path));
     if let Some(out) = &args.out {
         order.add("--out", Some(path(out)));
         order.add("--shard", Some(args.shard.to_string()));

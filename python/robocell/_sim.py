@@ -222,6 +222,14 @@ class Cell(View):
         return f"<cell '{self.name}', seed {self.seed}, at {self.time_s:.2f} s>"
 
 
+def observe_all(
+    cells: Sequence[Cell], cameras: Sequence[str], threads: int | None = None
+) -> dict[str, npt.NDArray[np.uint8]]:
+    """Colour of cameras of all cells, drawn on all cores: cells x height x width x 3."""
+    seen = _core.observe_all([cell._sim for cell in cells], list(cameras), threads)
+    return dict(zip(cameras, seen, strict=True))
+
+
 def step_all(cells: Sequence[Cell], n: int = 1, threads: int | None = None) -> list[int]:
     """Advances cells on all cores, each as by :meth:`Cell.step`."""
     return _core.step_all([cell._sim for cell in cells], n, threads)

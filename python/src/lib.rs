@@ -15,6 +15,7 @@ mod arm;
 mod command;
 mod decision;
 mod inner;
+mod many;
 mod moment;
 mod outside;
 mod picture;
@@ -23,7 +24,6 @@ mod program;
 mod recording;
 mod sim;
 mod skill;
-mod step_all;
 mod tree;
 mod work;
 
@@ -38,7 +38,8 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<work::Status>()?;
     module.add_class::<sim::Sim>()?;
     module.add_class::<tree::FileTree>()?;
-    module.add_function(wrap_pyfunction!(step_all::step_all, module)?)?;
+    module.add_function(wrap_pyfunction!(many::step_all, module)?)?;
+    module.add_function(wrap_pyfunction!(many::observe_all, module)?)?;
     module.add_function(wrap_pyfunction!(program::task_main, module)?)?;
     module.add_function(wrap_pyfunction!(about::wire_schema, module)?)?;
     module.add_function(wrap_pyfunction!(recording::read_recording, module)?)?;

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
+use camera::Picture;
 use cell_model::Cell;
 use cell_model::cells::replace::of_arguments;
 use cell_model::cells::script;
@@ -100,6 +101,12 @@ impl Sim {
     /// The cell, for a call that does not hold the interpreter.
     fn lock(&self) -> MutexGuard<'_, Run> {
         self.run.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// What cameras see now.
+    pub(crate) fn pictures(&self, cameras: &[String]) -> Result<Vec<Picture>, String> {
+        let run = self.lock();
+        camera::observe(&run.cell, run.sim.state(), cameras).map_err(|error| error.to_string())
     }
 
     /// Advances; then what Python sees is the new state. The interpreter is free.
@@ -289,11 +296,8 @@ impl Sim {
         py: Python<'py>,
         cameras: Vec<String>,
     ) -> PyResult<Vec<picture::Seen<'py>>> {
-        let pictures = py.detach(|| {
-            let run = self.lock();
-            camera::observe(&run.cell, run.sim.state(), &cameras)
-        });
-        let pictures = pictures.map_err(|error| PyValueError::new_err(error.to_string()))?;
+        let pictures = py.detach(|| self.pictures(&cameras));
+        let pictures = pictures.map_err(PyValueError::new_err)?;
         pictures
             .iter()
             .map(|picture| picture::arrays(py, picture))

@@ -128,6 +128,7 @@ pub(super) fn episodes(seconds: f64) -> Result<Vec<Row>, FleetError> {
             let episodes = Episodes {
                 program: &program,
                 spec: &spec,
+                record: None,
                 jobs: *jobs,
                 stop: &|| false,
             };

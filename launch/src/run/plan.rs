@@ -64,6 +64,7 @@ fn with_page(args: &RunArgs, page: Option<Page>) -> Result<Plan, Failure> {
         bins: args.job.bins,
         set: args.set.clone(),
         replace: inputs.replace,
+        action_hz: None,
         until_done: args.until_done,
         time_limit_s: limit,
         real_time: args.scene.speed == Speed::RealTime,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import gymnasium
@@ -40,9 +41,11 @@ _ABSENT = (0.0,) * 7
 
 Floats = npt.NDArray[np.float32]
 Array = npt.NDArray[np.float64]
+#: An array of numbers; with cameras a dictionary.
+Observation = Any
 
 
-class CellEnv(gymnasium.Env[Floats, Floats]):
+class CellEnv(gymnasium.Env[Observation, Floats]):
     """A demo whose arms are moved by the actions.
 
     An action has seven numbers of -1 to 1 for each arm: translation (x y z, up to 3 cm)
@@ -57,6 +60,14 @@ class CellEnv(gymnasium.Env[Floats, Floats]):
     cell; then numbers of the demo (the goal of ``reach``, the share of parts in the bin
     and a hundredth of the suction force of ``ur10-fill-bin``).
 
+    With ``cameras``, names of cameras of the cell file, an observation is a dictionary:
+    ``pixels`` has a picture for each camera (height x width x 3, uint8), ``agent_pos`` the
+    numbers of the arms, and ``environment_state`` those of the objects and of the demo.
+
+    ``reset(seed=7)`` starts the scene of ``robocell run --seed 7``; without a seed the scene
+    follows from the seed before. ``info`` has ``is_success``, ``placed``, ``seed`` and
+    ``time_s``.
+
     The reward of ``"sparse"`` is 1 for each object that is put into its place and -1 for
     one that is taken out; that of ``"dense"`` also has what the transfer under way got
     further, up to 1 for a whole transfer. An episode terminates when all is in place.
@@ -67,20 +78,49 @@ class CellEnv(gymnasium.Env[Floats, Floats]):
         "render_fps": 1000 // TICKS,
     }
 
-    def __init__(self, demo: str, *, reward: str = "dense", render_mode: str | None = None) -> None:
+    def __init__(
+        self,
+        demo: str,
+        *,
+        reward: str = "dense",
+        render_mode: str | None = None,
+        cameras: Sequence[str] = (),
+    ) -> None:
         if reward not in ("dense", "sparse"):
             raise ValueError(f"reward is '{reward}'; 'dense' and 'sparse' are allowed")
         if render_mode not in (None, "rgb_array"):
             raise ValueError(f"render_mode is '{render_mode}'; 'rgb_array' and None are allowed")
-        self.demo = demo
+        self.demo = self.task = demo
+        self._max_episode_steps = JOBS[demo][1]
         self.reward = reward
         self.render_mode = render_mode
+        self.cameras = tuple(cameras)
         self.cell = Cell(demo)
         self._new_episode(np.random.default_rng(0))
-        #: Numbers of an observation.
+        #: The job, in a sentence.
+        self.task_description = self.job.sentence
+        #: Numbers of an observation, and how many of them, the first ones, are of the arms.
         self.observed = sum(np.size(part) for part in self._parts())
-        self.observation_space = spaces.Box(-_LIMIT, _LIMIT, (self.observed,), np.float32)
+        self.of_arms = sum(np.size(part) for part in self._of_arms())
+        self.observation_space = self._space()
         self.action_space = spaces.Box(-1.0, 1.0, (ACTIONS * len(self.cell.arms),), np.float32)
+
+    def _space(self) -> spaces.Space[Any]:
+        if not self.cameras:
+            return spaces.Box(-_LIMIT, _LIMIT, (self.observed,), np.float32)
+        pictures = self.cell.observe(self.cameras)
+        pixels: dict[str, spaces.Space[Any]] = {
+            name: spaces.Box(0, 255, picture.rgb.shape, np.uint8)
+            for name, picture in pictures.items()
+        }
+        others = self.observed - self.of_arms
+        return spaces.Dict(
+            {
+                "pixels": spaces.Dict(pixels),
+                "agent_pos": spaces.Box(-_LIMIT, _LIMIT, (self.of_arms,), np.float32),
+                "environment_state": spaces.Box(-_LIMIT, _LIMIT, (others,), np.float32),
+            }
+        )
 
     def _new_episode(self, rng: np.random.Generator) -> None:
         job, _ = JOBS[self.demo]
@@ -92,19 +132,19 @@ class CellEnv(gymnasium.Env[Floats, Floats]):
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Floats, dict[str, Any]]:
-        """Starts an episode: the scene follows from ``seed``, or from the one before."""
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Starts an episode of the scene ``seed``, or of one that follows from the seed before."""
         info = self.begin(seed)
         return self._observation(), info
 
     def begin(self, seed: int | None) -> dict[str, Any]:
         """As :meth:`reset`, without the observation."""
         super().reset(seed=seed)
-        self.cell.reset(int(self.np_random.integers(1 << 31)))
+        self.cell.reset(int(self.np_random.integers(1 << 31)) if seed is None else seed)
         self._new_episode(self.np_random)
         return self._info()
 
-    def step(self, action: Floats) -> tuple[Floats, float, bool, bool, dict[str, Any]]:
+    def step(self, action: Floats) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Advances the cell by 50 ms.
 
         Raises:
@@ -149,7 +189,7 @@ class CellEnv(gymnasium.Env[Floats, Floats]):
             arm.send(list(position), list(orientation), gripper=gripper, ignore=_graspable(arm))
         self.job.tend()
 
-    def judge(self) -> tuple[Floats, float, bool, bool, dict[str, Any]]:
+    def judge(self) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """The second half: the result."""
         reward, terminated, info = self.outcome()
         return self._observation(), reward, terminated, False, info
@@ -172,13 +212,22 @@ class CellEnv(gymnasium.Env[Floats, Floats]):
         return {
             "placed": self._before[0],
             "is_success": self._before[0] >= self.job.total,
+            "seed": self.cell.seed,
             "time_s": self.cell.time_s,
         }
 
-    def _observation(self) -> Floats:
+    def _observation(self) -> Observation:
         row: Floats = np.empty(self.observed, np.float32)
         self.observe(row)
-        return row
+        if not self.cameras:
+            return row
+        seen = self.cell.observe(self.cameras)
+        return self.split(row, {name: picture.rgb for name, picture in seen.items()})
+
+    def split(self, rows: Floats, pixels: dict[str, npt.NDArray[np.uint8]]) -> Observation:
+        """The observation of numbers, one row or one for each cell, and pictures."""
+        arms, others = np.split(rows, [self.of_arms], axis=-1)
+        return {"pixels": pixels, "agent_pos": arms, "environment_state": others}
 
     def observe(self, row: Floats) -> None:
         """Writes the observation into ``row``."""
@@ -186,12 +235,16 @@ class CellEnv(gymnasium.Env[Floats, Floats]):
         np.clip(row, -_LIMIT, _LIMIT, out=row)
 
     def _parts(self) -> list[npt.ArrayLike]:
-        parts: list[npt.ArrayLike] = []
-        for arm, (goal, _) in zip(self.cell.arms, self._goals, strict=True):
-            parts += _of_arm(arm, goal)
+        parts = self._of_arms()
         for one in self.job.seen:
             parts += _of_object(one)
         parts.append(self.job.extra())
+        return parts
+
+    def _of_arms(self) -> list[npt.ArrayLike]:
+        parts: list[npt.ArrayLike] = []
+        for arm, (goal, _) in zip(self.cell.arms, self._goals, strict=True):
+            parts += _of_arm(arm, goal)
         return parts
 
 

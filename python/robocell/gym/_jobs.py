@@ -37,6 +37,8 @@ class Line:
 class Job:
     """The job of a demo: objects that have to be in slots."""
 
+    #: What there is to do.
+    sentence = ""
     #: Numbers of the observation besides those of arms and objects.
     extras = 0
 
@@ -121,6 +123,8 @@ def upward(one: Object) -> float:
 class Stack(Job):
     """franka-stack: four cubes in the order of the task."""
 
+    sentence = "Stack the red, yellow, green and blue cube."
+
     def _lines(self) -> list[Line]:
         task, objects = self.cell.task, self.cell.objects
         x, y = task["stack_position_m"]
@@ -135,6 +139,8 @@ class Stack(Job):
 class OneCube(Job):
     """cube: one cube to its mark."""
 
+    sentence = "Put the cube on the mark."
+
     def _lines(self) -> list[Line]:
         cube = next(iter(self.cell.objects.values()))
         x, y, z = self.cell.task["place"]["mark"]["position_m"]
@@ -144,6 +150,8 @@ class OneCube(Job):
 
 class Pyramid(Job):
     """franka-pyramid: each arm makes a stack of any cubes."""
+
+    sentence = "Build a stack of cubes with each arm."
 
     def _lines(self) -> list[Line]:
         task = self.cell.task
@@ -183,6 +191,8 @@ class _Belt(Job):
 class Palletize(_Belt):
     """ur10-palletize: nine bins on the pallet, open side up."""
 
+    sentence = "Put the bins on the pallet, open side up."
+
     def _lines(self) -> list[Line]:
         task = self.cell.task
         slots = [
@@ -197,6 +207,8 @@ class Palletize(_Belt):
 
 class BinStack(_Belt):
     """ur10-bin-stack: 36 bins in columns of four, upside down."""
+
+    sentence = "Stack the bins in columns of four, open side down."
 
     def _lines(self) -> list[Line]:
         stack = self.cell.task["stack"]
@@ -221,6 +233,8 @@ class BinStack(_Belt):
 class FillBin(Job):
     """ur10-fill-bin: as many parts as possible in a bin on the cup. Parts fall while it
     is held; the job is over when it is lost with parts in it."""
+
+    sentence = "Fill the bin with parts."
 
     extras = 2
     _INTERVAL_S = 0.5
@@ -270,6 +284,8 @@ class FillBin(Job):
 
 class Reach(Job):
     """reach: the TCP to a random point."""
+
+    sentence = "Move the tool to the target."
 
     extras = 3
     _LOW_M = (0.30, -0.35, 0.15)

@@ -31,7 +31,7 @@ mod writer;
 
 pub use channel::Channel;
 pub use copy::Copied;
-pub use entry::{Entry, Message, wire_bytes};
+pub use entry::{Cut, Entry, Message, wire_bytes};
 pub use epoch::EpochSpan;
 pub use error::RecordError;
 pub use flight::{Flight, gap, gap_message};

@@ -5,6 +5,7 @@ use std::any::Any;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -37,6 +38,8 @@ pub struct Episodes<'a> {
     pub program: &'a Program,
     /// Template of each episode; the seed and the settings of a case replace its own.
     pub spec: &'a RunSpec,
+    /// Directory for a recording of each episode, by [`recording_name`].
+    pub record: Option<&'a Path>,
     /// Number of threads; 0 counts as 1.
     pub jobs: usize,
     /// Polled at every tick; `true` ends all episodes early. Episodes in progress are not
@@ -87,6 +90,8 @@ impl Episodes<'_> {
         // The case is applied to a copy, so that no setting of one episode reaches the next.
         spec.seed = case.seed;
         spec.set.extend(case.settings());
+        let name = recording_name(case.seed, case.variant);
+        spec.record.file = self.record.map(|dir| dir.join(name));
         let mut warnings = Vec::new();
         let run = || {
             to_the_end_unless(self.program, &spec, stop, |said| {
@@ -110,6 +115,14 @@ impl Episodes<'_> {
             warnings,
             wall_time: began.elapsed(),
         })
+    }
+}
+
+/// Name of the file with the recording of an episode.
+pub fn recording_name(seed: u64, variant: u32) -> String {
+    match variant {
+        0 => format!("seed-{seed}.mcap"),
+        variant => format!("seed-{seed}-variant-{variant}.mcap"),
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
+use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 
 use cell_model::cells::setting::Setting;
@@ -28,6 +29,8 @@ pub struct Plan {
     pub seeds: RangeInclusive<u64>,
     /// Number of threads.
     pub jobs: usize,
+    /// Directory for a recording of each episode.
+    pub record: Option<PathBuf>,
 }
 
 impl Plan {
@@ -72,9 +75,9 @@ pub fn template(demo: &str, policy: &str) -> RunSpec {
         data_dir: None,
         task_program: None,
         controller_programs: Vec::new(),
-        built_in_dir: std::path::PathBuf::new(),
-        run_dir: std::path::PathBuf::new(),
-        root: std::path::PathBuf::new(),
+        built_in_dir: PathBuf::new(),
+        run_dir: PathBuf::new(),
+        root: PathBuf::new(),
         prefix: String::new(),
         arms: 1,
         robot: None,
@@ -83,12 +86,13 @@ pub fn template(demo: &str, policy: &str) -> RunSpec {
         bins: None,
         set: Vec::new(),
         replace: Vec::new(),
+        action_hz: None,
         until_done: true,
         time_limit_s: None,
         real_time: false,
         page: None,
         record: RecordSpec::default(),
-        incidents_dir: std::path::PathBuf::new(),
+        incidents_dir: PathBuf::new(),
         warnings: Vec::new(),
     }
 }
@@ -184,6 +188,7 @@ pub fn evaluate(
     Episodes {
         program,
         spec: &spec,
+        record: plan.record.as_deref(),
         jobs: plan.jobs,
         stop: &|| false,
     }

@@ -2,9 +2,11 @@
 //! state hash as four processes in lockstep (ADR 0004).
 #![forbid(unsafe_code)]
 
+pub mod action;
 pub mod episodes;
 pub mod eval;
 pub mod one_process;
+mod record;
 pub mod run;
 pub mod snapshot;
 pub mod verify;
@@ -26,6 +28,14 @@ pub struct Program {
     pub controllers: Controllers,
     /// Where a cell is searched for if the user gave no folder.
     pub data: Data,
+}
+
+impl SimError {
+    /// The directory of recordings cannot be used.
+    pub fn from_dir(dir: &std::path::Path, source: std::io::Error) -> Self {
+        let path = dir.to_owned();
+        Self::Record(cell_record::RecordError::Io { path, source })
+    }
 }
 
 /// Why a cell cannot run in this process.
@@ -67,6 +77,12 @@ pub enum SimError {
         /// Why.
         source: std::io::Error,
     },
+    /// A rate of actions.
+    #[error(transparent)]
+    Rate(#[from] action::RateError),
+    /// An episode that cannot be recorded.
+    #[error("cannot record: {0}")]
+    Record(#[from] cell_record::RecordError),
     /// A recording that cannot be verified.
     #[error(transparent)]
     Verify(#[from] verify::VerifyError),

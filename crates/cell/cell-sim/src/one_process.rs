@@ -34,6 +34,7 @@ use robocell_task::starts::{Decider, NoHistory};
 use robocell_task::{Policies, Task};
 
 use crate::SimError;
+use crate::action::Hold;
 
 /// A cell without a bus. One call of [`OneProcess::tick`] is one tick of the
 /// cell: physics, controllers, and on every tenth tick the task.
@@ -50,6 +51,8 @@ pub struct OneProcess {
     pub(crate) state: Box<WorldState>,
     pub(crate) commands: Vec<ArmCommand>,
     pub(crate) statuses: Vec<ArmStatus>,
+    /// Of actions below the rate of decisions.
+    hold: Option<Hold>,
     /// The newest decision. Once made it acts from the next tick on.
     pub(crate) decision: Decision,
     pub(crate) decided: bool,
@@ -93,6 +96,7 @@ impl OneProcess {
                 .collect::<Result<_, _>>()?,
             cycles,
             decider,
+            hold: Hold::of(spec)?,
             state: Box::new(WorldState::zeroed()),
             decision: Decision::zeroed(),
             decided: false,
@@ -285,8 +289,12 @@ impl OneProcess {
         // Physics is started once here, so no older state of it can return: no history is
         // needed.
         let _begun = self.decider.begin(&self.state, &mut NoHistory);
+        let before = self.hold.map(|_| self.decision);
         self.decider
             .decide(&self.state, &statuses, &mut self.decision, &mut self.lines);
+        if let (Some(hold), Some(before)) = (self.hold, before) {
+            hold.apply(tick, &before, &mut self.decision);
+        }
         // As in a process, the generation is the number of starts of the task: physics reports
         // by it which task it obeys.
         self.decision.header.generation = self.task_restarts + 1;

@@ -9,6 +9,8 @@ use cell_model::runs::spec::RunSpec;
 use cell_model::runs::summary::{RunOutcome, RunSummary};
 use cell_model::{Cell, user_file};
 
+use crate::action::Hold;
+use crate::record::Recorder;
 use crate::{OneProcess, Program, SimError};
 
 /// Reports of a run while it runs.
@@ -47,8 +49,12 @@ pub fn to_the_end_unless(
         ..spec.clone()
     };
     let mut sim = OneProcess::with(&program.policies, &program.controllers, &spec, cell)?;
+    let mut recorder = recorder(&spec)?;
     let mut stopped = false;
     loop {
+        if let Some(recorder) = &mut recorder {
+            recorder.take(&sim)?;
+        }
         // News are taken after each call, also after one without a step: a job can end with its
         // first decision, before any tick.
         let advanced = sim.tick()?;
@@ -57,6 +63,9 @@ pub fn to_the_end_unless(
         if stopped || !advanced {
             break;
         }
+    }
+    if let Some(recorder) = recorder.filter(|_| !stopped) {
+        recorder.finish(&sim)?;
     }
     let mut summary = sim.summary(&spec, began.elapsed().as_secs_f64());
     if stopped {
@@ -75,6 +84,16 @@ pub fn to_the_end_unless(
     report::of_replies(&summary.script_replies)
         .for_each(|text| on_message(RunMessage::Warning(&text)));
     Ok(summary)
+}
+
+/// The recording of a run whose run file names one.
+fn recorder(spec: &RunSpec) -> Result<Option<Recorder>, SimError> {
+    let Some(file) = &spec.record.file else {
+        return Ok(None);
+    };
+    // Without a rate there is a state for each decision.
+    let hold = Hold::new(spec.action_hz.unwrap_or(100))?;
+    Ok(Some(Recorder::create(spec, file, hold)?))
 }
 
 fn report_new(sim: &mut OneProcess, on_message: &mut impl FnMut(RunMessage<'_>)) {

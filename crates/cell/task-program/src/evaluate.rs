@@ -11,6 +11,7 @@ use cell_model::runs::report;
 use cell_model::runs::spec::RunSpec;
 use cell_model::runs::summary::RunSummary;
 use cell_model::{Cell, RobotFiles};
+use cell_sim::action::Hold;
 use cell_sim::eval::EvalRun;
 use cell_sim::{Program, SimError, episodes, eval, run};
 use clap::Args;
@@ -74,6 +75,12 @@ pub(crate) struct EvalArgs {
     /// Values tried between the bounds.
     #[arg(long, default_value_t = 8)]
     pub(crate) steps: u32,
+    /// Rate of the actions (Hz).
+    #[arg(long)]
+    pub(crate) rate: Option<u32>,
+    /// Folder for recordings of all episodes.
+    #[arg(long)]
+    pub(crate) record: Option<PathBuf>,
     /// A robot of the user, as the JSON of its files.
     #[arg(long)]
     pub(crate) robot: Option<String>,
@@ -139,6 +146,10 @@ pub(crate) fn run(program: &Program, args: EvalArgs) -> Result<ExitCode, CliErro
         .transpose()?;
     let arguments = args.of_run(robot.as_ref());
     let plan = plan(program, &args, robot)?;
+    if let Some(dir) = &plan.record {
+        // A first error for all, in place of one by each episode.
+        std::fs::create_dir_all(dir).map_err(|source| SimError::from_dir(dir, source))?;
+    }
     // A search needs the counts of each value only, and writes no rows.
     if let Some(bounds) = args.bisect {
         let search = Search {
@@ -158,6 +169,7 @@ pub(crate) fn run(program: &Program, args: EvalArgs) -> Result<ExitCode, CliErro
         seeds: [*plan.seeds.start(), *plan.seeds.end()],
         shard: args.shard,
         jobs: plan.jobs,
+        record: plan.record.as_deref(),
         out: &out,
         inputs: &args.input,
         arguments,
@@ -195,6 +207,9 @@ fn plan(
     // The first seed represents all: only files and names are checked with it.
     (spec.robot, spec.seed) = (robot, *args.seeds.start());
     spec.replace = of_arguments(&args.replace)?;
+    // A wrong rate is refused here, not by each episode.
+    args.rate.map(Hold::new).transpose()?;
+    spec.action_hz = args.rate;
     let cell = spec.load_cell_from(&program.data)?;
     if let Some(path) = &args.script {
         spec.script = run::script(path, &cell)?;
@@ -217,6 +232,7 @@ fn plan(
         spec,
         seeds: args.seeds.clone(),
         jobs: args.jobs,
+        record: args.record.clone(),
     })
 }
 

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use cell_rt::signal;
+use cell_sim::episodes::recording_name;
 use evaluation::EvaluationError;
 use evaluation::report::{Failed, episodes};
 use serde::Deserialize;
@@ -56,11 +57,9 @@ impl Recordings<'_> {
         fs::create_dir_all(self.dir).map_err(cannot)?;
         let mut made = 0;
         for failed in episodes(rows)?.failed {
-            let name = match failed.key.variant {
-                0 => format!("seed-{}", failed.key.seed),
-                variant => format!("seed-{}-variant-{variant}", failed.key.seed),
-            };
-            let file = self.dir.join(format!("{name}.mcap"));
+            let file = self
+                .dir
+                .join(recording_name(failed.key.seed, failed.key.variant));
             // An episode that ended with an error has no state to compare the recording with.
             if failed.state_hash.is_empty() || file.exists() {
                 continue;
@@ -70,7 +69,7 @@ impl Recordings<'_> {
             }
             // Under another name until it is complete and its hash is compared: a recording
             // that exists is not made again.
-            let partial = self.dir.join(format!("{name}.partial.mcap"));
+            let partial = file.with_extension("partial.mcap");
             fs::remove_file(&partial).ok();
             match self.record(&failed, &partial).map_err(cannot)? {
                 Ok(()) => {

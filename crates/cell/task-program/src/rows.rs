@@ -32,6 +32,8 @@ pub(crate) struct Order<'a> {
     pub(crate) shard: Shard,
     /// Episodes at the same time.
     pub(crate) jobs: usize,
+    /// Directory for a recording of each episode.
+    pub(crate) record: Option<&'a Path>,
     /// File of the rows.
     pub(crate) out: &'a Path,
     /// More files that episodes depend on.
@@ -102,6 +104,7 @@ pub(crate) fn write(program: &Program, order: &Order<'_>) -> Result<Written, Row
     Episodes {
         program,
         spec: &spec,
+        record: order.record,
         jobs: order.jobs,
         stop: &signal::stop_requested,
     }
@@ -252,6 +255,9 @@ fn identity(program: &Program, order: &Order<'_>) -> Result<Identity, RowsError>
     // Rows written before this option existed keep their hash.
     if !spec.replace.is_empty() {
         options["replace"] = serde_json::json!(spec.replace);
+    }
+    if let Some(rate) = spec.action_hz {
+        options["rate"] = serde_json::json!(rate);
     }
     inputs.add("options", options.to_string().as_bytes());
     Ok(Identity {

@@ -49,6 +49,7 @@ fn an_episode_that_panics_or_times_out_is_reported_and_the_others_run() {
     let all = Episodes {
         program: &program,
         spec: &spec,
+        record: None,
         jobs: 2,
         stop: &|| false,
     };

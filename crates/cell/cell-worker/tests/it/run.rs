@@ -51,6 +51,7 @@ impl Run {
             bins: None,
             set: Vec::new(),
             replace: Vec::new(),
+            action_hz: None,
             until_done: false,
             time_limit_s: None,
             real_time: false,

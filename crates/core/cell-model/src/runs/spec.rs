@@ -80,6 +80,10 @@ pub struct RunSpec {
     /// Leaves of the task's tree that answer without being run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub replace: Vec<Replace>,
+    /// Rate at which the actions of the task change (Hz), as those of a learned policy: each is
+    /// held for its period and has numbers of 32 bits. `None`: with every decision.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub action_hz: Option<u32>,
     /// Whether to end the run when the task is done or has failed.
     pub until_done: bool,
     /// Latest simulated time at which the run ends (s).

@@ -35,6 +35,7 @@ pub(crate) fn run() -> RunSpec {
         robot: None,
         script: Vec::new(),
         paused: false,
+        action_hz: None,
         until_done: false,
         time_limit_s: None,
         real_time: false,
