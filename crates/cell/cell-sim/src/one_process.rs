@@ -31,10 +31,22 @@ use ipc_types::{
 use physics_proc::plant::{Next, Plant};
 use physics_proc::world::StepInput;
 use robocell_task::starts::{Decider, NoHistory};
-use robocell_task::{Policies, Task};
+use robocell_task::{Job, Observation, Output, Policies, Policy, Task, boxed};
 
 use crate::SimError;
 use crate::action::Hold;
+
+/// Writes the decision of a tick.
+pub type Decisions = Box<dyn FnMut(u64, &mut Decision) + Send>;
+
+/// Where the decisions are given there is a task all the same, which is never asked.
+struct Nothing;
+
+impl Policy for Nothing {
+    type Memory = ();
+
+    fn decide(&self, (): &mut (), _: &Observation<'_>, _: &mut Job, _: &mut Output) {}
+}
 
 /// A cell without a bus. One call of [`OneProcess::tick`] is one tick of the
 /// cell: physics, controllers, and on every tenth tick the task.
@@ -53,6 +65,8 @@ pub struct OneProcess {
     pub(crate) statuses: Vec<ArmStatus>,
     /// Of actions below the rate of decisions.
     hold: Option<Hold>,
+    /// In place of those of the task.
+    decisions: Option<Decisions>,
     /// The newest decision. Once made it acts from the next tick on.
     pub(crate) decision: Decision,
     pub(crate) decided: bool,
@@ -81,9 +95,32 @@ impl OneProcess {
         spec: &RunSpec,
         cell: Cell,
     ) -> Result<Self, SimError> {
+        let task = policies.task(&cell, &spec.policy)?;
+        Self::assembled(policies, controllers, spec, cell, (task, None))
+    }
+
+    /// A cell without a task, whose arms and equipment follow `decisions`.
+    pub fn following(
+        controllers: &Controllers,
+        spec: &RunSpec,
+        cell: Cell,
+        decisions: Decisions,
+    ) -> Result<Self, SimError> {
+        let task = Task::new(&cell, "recorded", 0.0, boxed(Nothing));
+        let task = (task, Some(decisions));
+        Self::assembled(&Policies::default(), controllers, spec, cell, task)
+    }
+
+    fn assembled(
+        policies: &Policies,
+        controllers: &Controllers,
+        spec: &RunSpec,
+        cell: Cell,
+        (task, decisions): (Task, Option<Decisions>),
+    ) -> Result<Self, SimError> {
         let plant = Plant::new(&cell, spec)?;
         let cycles = cycles(&cell, controllers)?;
-        let decider = Decider::new(policies.task(&cell, &spec.policy)?);
+        let decider = Decider::new(task);
         let mut sim = Self {
             policies: policies.clone(),
             controllers: controllers.clone(),
@@ -97,6 +134,7 @@ impl OneProcess {
             cycles,
             decider,
             hold: Hold::of(spec)?,
+            decisions,
             state: Box::new(WorldState::zeroed()),
             decision: Decision::zeroed(),
             decided: false,
@@ -280,6 +318,11 @@ impl OneProcess {
     }
 
     fn decide(&mut self, tick: u64) {
+        if let Some(decisions) = &mut self.decisions {
+            decisions(tick, &mut self.decision);
+            self.decided = true;
+            return;
+        }
         let mut statuses = [None; MAX_ARMS];
         for (slot, status) in statuses.iter_mut().zip(&self.statuses) {
             // At tick 0 no controller has a status yet: their memory is zeroed, not a message.

@@ -18,6 +18,7 @@ mod pictures;
 mod placement;
 mod planned;
 mod pyramid;
+mod recorded;
 mod situations;
 mod snapshot;
 mod tower;
