@@ -5,7 +5,8 @@
 //! before they are sent, and held until the next frame.
 
 use cell_model::runs::spec::RunSpec;
-use ipc_types::{ArmGoal, DECISION_TICKS, Decision};
+use ipc_types::decision::{GoalKind, GripperGoal, Outcome};
+use ipc_types::{ArmGoal, DECISION_TICKS, Decision, Header, Pose, Wire};
 
 /// Decisions in a second.
 const DECISIONS_HZ: u32 = 100;
@@ -82,10 +83,129 @@ fn nearest(number: f64) -> f32 {
     number as f32
 }
 
+/// Numbers of the action of an arm: position of the TCP in the world frame (m), orientation
+/// (w x y z), gripper.
+pub const NUMBERS: usize = 8;
+
+/// Gripper of an action: an arm of a data set opens, keeps its command, or closes.
+const OPEN: f32 = 0.0;
+const KEEP: f32 = 0.5;
+const CLOSE: f32 = 1.0;
+
+/// The goal of an arm as an action. An arm that holds has all zeros besides the gripper.
+///
+/// # Errors
+/// Returns the name of a field that an action cannot say.
+pub fn action_of(goal: &ArmGoal) -> Result<[f32; NUMBERS], &'static str> {
+    let said = goal_of(&numbers_of(goal)?, goal.grip_force);
+    let said = ArmGoal {
+        goal_id: goal.goal_id,
+        // Of a goal to hold it is not read.
+        target: if goal.kind == GoalKind::Hold.code() {
+            goal.target
+        } else {
+            said.target
+        },
+        ..said
+    };
+    // Everything else has to be what a goal has by default.
+    match first_difference(&said, goal) {
+        Some(field) => Err(field),
+        None => numbers_of(goal),
+    }
+}
+
+fn numbers_of(goal: &ArmGoal) -> Result<[f32; NUMBERS], &'static str> {
+    let gripper = match GripperGoal::from_code(goal.gripper) {
+        Some(GripperGoal::Open) => OPEN,
+        Some(GripperGoal::Keep) => KEEP,
+        Some(GripperGoal::Close) => CLOSE,
+        None => return Err("gripper"),
+    };
+    let [x, y, z] = goal.target.position.map(nearest);
+    let [w, i, j, k] = goal.target.orientation_wxyz.map(nearest);
+    match GoalKind::from_code(goal.kind) {
+        Some(GoalKind::Hold) => Ok([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, gripper]),
+        Some(GoalKind::Pose) => Ok([x, y, z, w, i, j, k, gripper]),
+        _ => Err("kind"),
+    }
+}
+
+/// The goal that an action says, with the force of a closing gripper (N).
+pub fn goal_of(action: &[f32; NUMBERS], grip_force: f64) -> ArmGoal {
+    let [x, y, z, w, i, j, k, gripper] = action.map(f64::from);
+    let holds = [w, i, j, k] == [0.0; 4];
+    let (kind, target) = if holds {
+        (GoalKind::Hold, Pose::IDENTITY)
+    } else {
+        let orientation_wxyz = [w, i, j, k];
+        let position = [x, y, z];
+        let target = Pose {
+            position,
+            orientation_wxyz,
+        };
+        (GoalKind::Pose, target)
+    };
+    let keep = f64::from(KEEP);
+    let gripper = match gripper {
+        number if number < keep => GripperGoal::Open,
+        number if number > keep => GripperGoal::Close,
+        _ => GripperGoal::Keep,
+    };
+    ArmGoal {
+        goal_id: 1,
+        kind: kind.code(),
+        gripper: gripper.code(),
+        target,
+        grip_force,
+        obstacle_mask: u64::MAX,
+        object_mask: u64::MAX,
+        ..ArmGoal::zeroed()
+    }
+}
+
+/// The decision that the actions of all arms say, at a tick of decisions.
+pub fn decision_of(tick: u64, actions: &[[f32; NUMBERS]], grip_force: f64) -> Decision {
+    let mut decision = Decision::zeroed();
+    decision.header = Header::caused_by::<Decision>(tick);
+    decision.header.generation = 1;
+    decision.arm_count = u32::try_from(actions.len()).unwrap_or(u32::MAX);
+    decision.outcome = Outcome::Running.code();
+    for (goal, action) in decision.goals.iter_mut().zip(actions) {
+        *goal = goal_of(action, grip_force);
+    }
+    decision
+}
+
+/// Name of the first field in which two goals differ.
+fn first_difference(one: &ArmGoal, other: &ArmGoal) -> Option<&'static str> {
+    let equal = [
+        ("kind", one.kind == other.kind),
+        ("gripper", one.gripper == other.gripper),
+        ("selector", one.selector == other.selector),
+        (
+            "posture",
+            one.has_posture == other.has_posture && one.posture == other.posture,
+        ),
+        ("target", one.target == other.target),
+        ("open_width", one.open_width == other.open_width),
+        ("approach", one.approach == other.approach),
+        (
+            "approach_std_dev",
+            one.approach_std_dev == other.approach_std_dev,
+        ),
+        ("obstacle_mask", one.obstacle_mask == other.obstacle_mask),
+        ("object_mask", one.object_mask == other.object_mask),
+    ];
+    equal
+        .iter()
+        .find(|(_, equal)| !equal)
+        .map(|(name, _)| *name)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ipc_types::Wire;
 
     #[test]
     fn an_action_is_a_whole_number_of_decisions() {

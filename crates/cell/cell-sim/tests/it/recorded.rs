@@ -7,8 +7,9 @@ use std::path::Path;
 use cell_model::runs::spec::RunSpec;
 use cell_model::{Cell, Data};
 use cell_record::{Channel, Recording};
-use cell_sim::action::Hold;
+use cell_sim::action::{Hold, action_of, decision_of};
 use cell_sim::eval::{self, template};
+use cell_sim::one_process::Decisions;
 use cell_sim::{OneProcess, Program, episodes};
 use controller_proc::Controllers;
 use ipc_types::{Decision, WorldPiece};
@@ -93,35 +94,58 @@ fn a_recording_has_every_decision_and_a_state_for_each_action() {
     }
 }
 
+/// Asserts that a cell with these decisions has the recorded states.
+fn gives_the_states(recording: &Recording, hashes: &BTreeMap<u64, u64>, decisions: Decisions) {
+    let (end, _) = hashes.last_key_value().unwrap();
+    let spec = recording.run();
+    let cell = spec.load_cell_from(&Data::checkout()).unwrap();
+    let mut sim = OneProcess::following(&Controllers::default(), spec, cell, decisions).unwrap();
+    let mut equal = 0;
+    loop {
+        let (tick, hash) = (sim.state().header.tick, sim.state().state_hash);
+        if let Some(recorded) = hashes.get(&tick) {
+            assert_eq!(hash, *recorded, "{} at {tick}", spec.demo);
+            equal += 1;
+        }
+        if tick == *end {
+            break;
+        }
+        assert!(sim.tick().unwrap(), "{} ended at {tick}", spec.demo);
+    }
+    assert_eq!(equal, hashes.len());
+}
+
 #[test]
 fn recorded_decisions_give_the_recorded_states_again() {
-    for demo in ["cube", "franka-stack"] {
+    let dir = tempfile::tempdir().unwrap();
+    let recording = record(dir.path(), "franka-stack", 3);
+    let Episode { decisions, hashes } = read(&recording);
+    let decisions = Box::new(move |tick, decision: &mut Decision| *decision = decisions[&tick]);
+    gives_the_states(&recording, &hashes, decisions);
+}
+
+#[test]
+fn actions_alone_give_the_recorded_states_again() {
+    for demo in ["cube", "franka-stack", "franka-pyramid"] {
         let dir = tempfile::tempdir().unwrap();
-        let recording = record(dir.path(), demo, 3);
+        let recording = record(dir.path(), demo, 5);
         let Episode { decisions, hashes } = read(&recording);
-        let (end, _) = hashes.last_key_value().unwrap();
-        let spec = recording.run().clone();
-        let cell = spec.load_cell_from(&Data::checkout()).unwrap();
-        let mut sim = OneProcess::following(
-            &Controllers::default(),
-            &spec,
-            cell,
-            Box::new(move |tick, decision| *decision = decisions[&tick]),
-        )
-        .unwrap();
-        let mut equal = 0;
-        loop {
-            let header = &sim.state().header;
-            if let Some(hash) = hashes.get(&header.tick) {
-                assert_eq!(sim.state().state_hash, *hash, "{demo} at {}", header.tick);
-                equal += 1;
-            }
-            if header.tick == *end {
-                break;
-            }
-            assert!(sim.tick().unwrap(), "{demo} ended early");
-        }
-        assert_eq!(equal, hashes.len());
+        let actions: BTreeMap<u64, Vec<_>> = decisions
+            .iter()
+            .filter(|(tick, _)| tick.is_multiple_of(PERIOD))
+            .map(|(tick, decision)| {
+                let goals = &decision.goals[..decision.arm_count as usize];
+                (
+                    *tick,
+                    goals.iter().map(|goal| action_of(goal).unwrap()).collect(),
+                )
+            })
+            .collect();
+        let decide = move |tick: u64, decision: &mut Decision| {
+            let actions: &Vec<_> = &actions[&(tick - tick % PERIOD)];
+            *decision = decision_of(tick, actions, 20.0);
+        };
+        gives_the_states(&recording, &hashes, Box::new(decide));
     }
 }
 
