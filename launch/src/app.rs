@@ -4,7 +4,7 @@ use clap::ValueEnum;
 use ipc_types::operator::OperatorAction;
 use supervisor::failure::Failure;
 
-use crate::cli::{AssetsArgs, AssetsVerb, BenchArgs, Cli, Command, SpheresArgs};
+use crate::cli::{AssetsArgs, AssetsVerb, BenchArgs, Cli, Command, ExportArgs, SpheresArgs};
 use crate::eval;
 use crate::progress::Progress;
 use crate::{camera, chaos, client, complete, man, new, plot, record, replay, run, task_program};
@@ -24,6 +24,7 @@ pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
         Command::Record(args) => record::record(args),
         Command::Plot(args) => plot::plot(args),
         Command::Replay(args) => replay::replay(args),
+        Command::Export(args) => export(args),
         Command::Camera(args) => camera::run(args),
         Command::Assets(args) => assets(args),
         Command::Spheres(args) => spheres(args),
@@ -89,6 +90,17 @@ fn assets(args: &AssetsArgs) -> Result<(), Failure> {
         }
     }
     task_program::run_other("cell-assets", &arguments)
+}
+
+/// Writing data sets is another program's work as well.
+fn export(args: &ExportArgs) -> Result<(), Failure> {
+    let mut arguments = vec!["lerobot".to_owned(), args.lerobot.display().to_string()];
+    arguments.extend(args.files.iter().map(|file| file.display().to_string()));
+    for name in &args.camera {
+        arguments.extend(["--camera".to_owned(), name.clone()]);
+    }
+    let _progress = Progress::new("export".to_owned());
+    task_program::run_other("robocell-export", &arguments)
 }
 
 /// Reading meshes is another program's work, too.

@@ -24,7 +24,8 @@ pub use crate::cli_operate::{
     TaskVerb,
 };
 pub use crate::cli_page::{
-    AssetsArgs, AssetsVerb, LoadArgs, PageArgs, PlotArgs, RecordArgs, RecordVerb, ReplayArgs,
+    AssetsArgs, AssetsVerb, ExportArgs, LoadArgs, PageArgs, PlotArgs, RecordArgs, RecordVerb,
+    ReplayArgs,
 };
 pub use crate::cli_robot::{RobotArgs, SpheresArgs};
 pub use crate::cli_run::RunArgs;
@@ -77,6 +78,8 @@ pub enum Command {
     Plot(PlotArgs),
     /// Show a recording on the page, or recompute it and compare
     Replay(ReplayArgs),
+    /// Write recorded episodes as a data set for robot learning
+    Export(ExportArgs),
     /// Draw what the cameras of a cell see at a time of a run
     Camera(CameraArgs),
     /// Fetch the meshes of the robots for the page

@@ -127,14 +127,31 @@ pub enum AssetsVerb {
     List,
 }
 
+/// `robocell export`.
+#[derive(Clone, Debug, Args)]
+pub struct ExportArgs {
+    /// New directory for a data set in the format LeRobotDataset v3.0
+    #[arg(long, value_name = "DIR")]
+    pub lerobot: PathBuf,
+    /// Recordings of `robocell eval --rate HZ --record DIR`, an episode each
+    #[arg(required = true, value_name = "FILE.mcap")]
+    pub files: Vec<PathBuf>,
+    /// Camera whose pictures the data set has; may be repeated
+    #[arg(long, value_name = "NAME")]
+    pub camera: Vec<String>,
+}
+
 /// `robocell replay`.
 #[derive(Clone, Debug, Args)]
 pub struct ReplayArgs {
-    /// The recording (MCAP), or the directory of a flight recorder
+    /// The recording (MCAP), or the directory of a flight recorder, or of a data set
     pub file: PathBuf,
     /// Recompute every command and decision and compare bit for bit
     #[arg(long, conflicts_with = "listen")]
     pub verify: bool,
+    /// Recompute the episodes of a data set from its actions alone and compare bit for bit
+    #[arg(long, conflicts_with_all = ["verify", "listen"])]
+    pub actions: bool,
     /// With `--verify`: print one JSON object
     #[arg(long, requires = "verify")]
     pub json: bool,

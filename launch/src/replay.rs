@@ -18,6 +18,10 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<(), Failure> {
     if args.verify {
         return verify(args, &file);
     }
+    if args.actions {
+        let words = ["replay".to_owned(), file.display().to_string()];
+        return task_program::run_other("robocell-export", &words);
+    }
     let dir = RunDir::of(&format!("replay-{}", std::process::id()));
     let lock = dir.take("replay")?;
     dir.set_recording(&file).cannot("note the replayed file")?;

@@ -31,6 +31,7 @@ fn help_lists_what_works_and_nothing_else() {
         "record",
         "plot",
         "replay",
+        "export",
         "camera",
         "assets",
         "spheres",

@@ -48,6 +48,11 @@ impl Hold {
         tick.is_multiple_of(self.period)
     }
 
+    /// Number of the action at `tick`, from 0.
+    pub fn action(self, tick: u64) -> u64 {
+        tick / self.period
+    }
+
     /// Changes what the task decided at `tick` to the action in force; `before` is the decision
     /// before it.
     pub(crate) fn apply(self, tick: u64, before: &Decision, decision: &mut Decision) {

@@ -19,9 +19,10 @@ const PACKAGES: [&str; 5] = [
 
 /// Subcommands with a program of their own, and its package: built only for
 /// those who use it.
-const OPTIONAL: [(&str, &str); 3] = [
+const OPTIONAL: [(&str, &str); 4] = [
     ("assets", "robocell-cell-assets"),
     ("bench", "robocell-benches"),
+    ("export", "robocell-export"),
     ("spheres", "robocell-cell-assets"),
 ];
 
@@ -92,6 +93,10 @@ fn page_sources() -> PathBuf {
 fn optional(mut arguments: impl Iterator<Item = OsString>) -> Option<&'static str> {
     let is_option = |argument: &OsString| argument.as_encoded_bytes().starts_with(b"-");
     let word = arguments.find(|argument| !is_option(argument))?;
+    // The one option of another subcommand that starts a program of its own.
+    if word == "replay" && arguments.any(|argument| argument == "--actions") {
+        return Some("robocell-export");
+    }
     let (_, package) = OPTIONAL.iter().find(|(name, _)| word == *name)?;
     Some(package)
 }
@@ -111,6 +116,8 @@ mod tests {
         assert_eq!(built("bench behavior"), Some("robocell-benches"));
         assert_eq!(built("--json bench ipc"), Some("robocell-benches"));
         assert_eq!(built("assets fetch"), Some("robocell-cell-assets"));
+        assert_eq!(built("replay --actions data"), Some("robocell-export"));
+        assert_eq!(built("replay run.mcap"), None);
         assert_eq!(built("run behavior"), None);
         assert_eq!(built("list bench"), None);
     }
