@@ -130,7 +130,7 @@ pub enum AssetsVerb {
 /// `robocell export`.
 #[derive(Clone, Debug, Args)]
 pub struct ExportArgs {
-    /// New directory for a data set in the format LeRobotDataset v3.0
+    /// New directory for a data set in the format of lerobot (version 3.0)
     #[arg(long, value_name = "DIR")]
     pub lerobot: PathBuf,
     /// Recordings of `robocell eval --rate HZ --record DIR`, an episode each

@@ -30,12 +30,12 @@ pub(crate) fn step_all(
 /// Colour of the cameras of all cells: for each camera an array of cells x height x width x 3.
 #[pyfunction]
 #[pyo3(signature = (cells, cameras, threads=None))]
-pub(crate) fn observe_all<'py>(
-    py: Python<'py>,
+pub(crate) fn observe_all(
+    py: Python<'_>,
     cells: Vec<Py<Sim>>,
     cameras: Vec<String>,
     threads: Option<usize>,
-) -> PyResult<Vec<Bound<'py, PyArray4<u8>>>> {
+) -> PyResult<Vec<Bound<'_, PyArray4<u8>>>> {
     let seen = py.detach(|| each(&cells, threads, |cell| cell.get().pictures(&cameras)));
     let seen: Result<Vec<Vec<Picture>>, String> = seen.into_iter().collect();
     let seen = seen.map_err(PyValueError::new_err)?;

@@ -190,6 +190,7 @@ fn the_built_in_cells_are_known_to_programs_only() {
         "robocell-launch",
         "robocell-task-program",
         "robocell-python",
+        "robocell-export",
     ];
     for (name, dependencies) in dependencies() {
         let known = dependencies.contains("robocell-cell-files");

@@ -5,6 +5,7 @@
 pub mod action;
 pub mod episodes;
 pub mod eval;
+pub mod given;
 pub mod one_process;
 mod record;
 pub mod run;

@@ -31,22 +31,11 @@ use ipc_types::{
 use physics_proc::plant::{Next, Plant};
 use physics_proc::world::StepInput;
 use robocell_task::starts::{Decider, NoHistory};
-use robocell_task::{Job, Observation, Output, Policies, Policy, Task, boxed};
+use robocell_task::{Policies, Task};
 
 use crate::SimError;
 use crate::action::Hold;
-
-/// Writes the decision of a tick.
-pub type Decisions = Box<dyn FnMut(u64, &mut Decision) + Send>;
-
-/// Where the decisions are given there is a task all the same, which is never asked.
-struct Nothing;
-
-impl Policy for Nothing {
-    type Memory = ();
-
-    fn decide(&self, (): &mut (), _: &Observation<'_>, _: &mut Job, _: &mut Output) {}
-}
+use crate::given::{self, Decisions};
 
 /// A cell without a bus. One call of [`OneProcess::tick`] is one tick of the
 /// cell: physics, controllers, and on every tenth tick the task.
@@ -106,8 +95,7 @@ impl OneProcess {
         cell: Cell,
         decisions: Decisions,
     ) -> Result<Self, SimError> {
-        let task = Task::new(&cell, "recorded", 0.0, boxed(Nothing));
-        let task = (task, Some(decisions));
+        let task = (given::task(&cell), Some(decisions));
         Self::assembled(&Policies::default(), controllers, spec, cell, task)
     }
 

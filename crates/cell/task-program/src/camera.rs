@@ -7,11 +7,10 @@ use std::process::ExitCode;
 
 use camera::{Picture, UnknownCamera};
 use cell_model::runs::spec::RunSpec;
-use cell_sim::{OneProcess, Program};
+use cell_sim::{OneProcess, Program, SimError};
 use clap::Args;
 use png::{BitDepth, ColorType, Encoder, EncodingError};
 
-use crate::failure::CliError;
 use crate::output::print_line;
 
 /// What to draw.
@@ -37,6 +36,9 @@ pub(crate) struct CameraArgs {
 /// Why no picture is drawn.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum CameraError {
+    /// The run.
+    #[error(transparent)]
+    Sim(#[from] SimError),
     /// The cell has no such camera.
     #[error("robocell: --camera: {0}")]
     Unknown(#[from] UnknownCamera),
@@ -49,21 +51,21 @@ pub(crate) enum CameraError {
 }
 
 /// Runs the cell up to the time and draws it.
-pub(crate) fn run(program: &Program, args: &CameraArgs) -> Result<ExitCode, CliError> {
-    let spec = RunSpec::load(&args.spec)?;
-    let cell = spec.load_cell_from(&program.data)?;
+pub(crate) fn run(program: &Program, args: &CameraArgs) -> Result<ExitCode, CameraError> {
+    let spec = RunSpec::load(&args.spec).map_err(SimError::from)?;
+    let cell = spec.load_cell_from(&program.data).map_err(SimError::from)?;
     // Before the run: a wrong name must not cost its time.
     let sees = |sim: &OneProcess| camera::observe(&cell, sim.state(), &args.camera);
     let mut sim = OneProcess::with(&program.policies, &program.controllers, &spec, cell.clone())?;
-    sees(&sim).map_err(CameraError::from)?;
+    sees(&sim)?;
     let ticks = (args.time * 1000.0).round();
     while (sim.state().header.tick as f64) < ticks {
         if !sim.tick()? {
             let (at_s, wanted_s) = (sim.state().header.tick as f64 * 1.0e-3, args.time);
-            return Err(CameraError::Ended { at_s, wanted_s }.into());
+            return Err(CameraError::Ended { at_s, wanted_s });
         }
     }
-    let pictures = sees(&sim).map_err(CameraError::from)?;
+    let pictures = sees(&sim)?;
     for (name, picture) in args.camera.iter().zip(&pictures) {
         if args.hash {
             let [rgb, depth, mask] = picture.hashes();

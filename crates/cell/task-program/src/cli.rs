@@ -170,7 +170,7 @@ fn run(program: &Program, words: &[String]) -> Result<ExitCode, CliError> {
             let code = camera::run(program, &args);
             // As for `run`: this exit is not one that a policy called.
             std::fs::write(args.spec.with_file_name(ENDED_FILE), "").ok();
-            code
+            Ok(code?)
         }
         Command::Eval(args) => evaluate::run(program, *args),
         Command::Behaviour { verb } => Ok(inspect(program, verb)?),

@@ -35,6 +35,7 @@ use robocell_task::{Policies, Task, TaskError, TraceLineText};
 
 use crate::message_file::MessageFile;
 use crate::slots::{ModelFiles, Slots, SlotsError};
+use trace::Pictures;
 
 /// Why a task cannot run.
 #[derive(Debug, thiserror::Error)]
@@ -121,11 +122,7 @@ struct TaskProcess<C> {
     is_successor: bool,
     /// The lost checkpoints that were reported last.
     lost: String,
-    /// Tick at which the pictures were begun last, the next line of them that was not sent,
-    /// and when a piece was sent last (ns).
-    drawn: Option<u64>,
-    next_line: Option<usize>,
-    drawn_ns: u64,
+    pictures: Pictures,
 }
 
 /// The message that has to arrive before the task continues.
@@ -198,9 +195,7 @@ impl<C: Clock> TaskProcess<C> {
             // The launcher counts the starts of a process; the first one has no predecessor.
             is_successor: start.generation > 1,
             lost: String::new(),
-            drawn: None,
-            next_line: None,
-            drawn_ns: 0,
+            pictures: Pictures::default(),
         })
     }
 

@@ -50,9 +50,9 @@ impl Place {
 /// What is known of an episode that was written.
 pub(crate) struct Written {
     pub(crate) task: usize,
-    pub(crate) frames: i64,
+    pub(crate) frames: usize,
     /// Number of its first frame over all episodes.
-    pub(crate) first: i64,
+    pub(crate) first: usize,
     pub(crate) data: Place,
     /// By camera: its file, and the number of its first frame in it.
     pub(crate) videos: Vec<(Place, u64)>,
@@ -86,7 +86,7 @@ struct Writer<'a> {
     common: Option<Common>,
     tasks: Vec<String>,
     episodes: Vec<Written>,
-    frames: i64,
+    frames: usize,
     data: Option<TableFile>,
     data_place: Place,
     /// By camera.
@@ -133,7 +133,7 @@ impl Writer<'_> {
         let vectors = vectors(episode);
         let pictures = self.pictures(episode)?;
         self.check(episode, &vectors, &pictures, file)?;
-        let index = self.episodes.len() as i64;
+        let index = self.episodes.len();
         let sentence = &episode.cell.description;
         let known = self.tasks.iter().position(|task| task == sentence);
         let task = known.unwrap_or_else(|| {
@@ -147,8 +147,8 @@ impl Writer<'_> {
             stats.push((one.key.to_owned(), Stats::of(&one.numbers, width)));
             columns.push(Column::list(one.key, width, Values::Float(one.numbers)));
         }
-        let frames = episode.frames.len() as i64;
-        for (column, numbers) in self.counted(episode.rate_hz, frames, index, task as i64) {
+        let frames = episode.frames.len();
+        for (column, numbers) in self.counted(episode.rate_hz, frames, index, task) {
             stats.push((column.name.clone(), Stats::of(&numbers, 1)));
             columns.push(column);
         }
@@ -157,7 +157,7 @@ impl Writer<'_> {
             let key = camera_key(self.cameras.get(camera).map_or("", String::as_str));
             let step = (pictures.len() / SAMPLED).max(1);
             let sampled = pictures.iter().step_by(step).map(|one| one.rgb.as_slice());
-            stats.push((key.clone(), Stats::of_pictures(sampled)));
+            stats.push((key.clone(), Stats::of_pictures(&sampled)));
             match self.storage {
                 Storage::Png => {
                     let bytes: Result<Vec<_>, _> = pictures.iter().map(png).collect();
@@ -165,7 +165,7 @@ impl Writer<'_> {
                     columns.push(Column::one(&key, Values::Pictures(bytes)));
                 }
                 Storage::Video => {
-                    videos.push(self.film(camera, &key, pictures, episode.rate_hz)?)
+                    videos.push(self.film(camera, &key, pictures, episode.rate_hz)?);
                 }
             }
         }
@@ -246,23 +246,28 @@ impl Writer<'_> {
     }
 
     /// The columns that count, with their numbers.
-    fn counted(&self, rate_hz: u32, frames: i64, index: i64, task: i64) -> Vec<(Column, Vec<f32>)> {
+    fn counted(
+        &self,
+        rate_hz: u32,
+        frames: usize,
+        index: usize,
+        task: usize,
+    ) -> Vec<(Column, Vec<f32>)> {
         let times = (0..frames).map(|frame| single(frame as f64 / f64::from(rate_hz)));
         let times: Vec<f32> = times.collect();
         let timestamp = Column::one("timestamp", Values::Float(times.clone()));
-        let whole = |name: &str, numbers: Vec<i64>| {
-            let approximate = numbers
-                .iter()
-                .map(|number| single(*number as f64))
-                .collect();
+        let whole = |name: &str, numbers: Vec<usize>| {
+            let approximate = numbers.iter().map(|number| single(*number as f64));
+            let approximate = approximate.collect();
+            let numbers = numbers.into_iter().map(whole_number).collect();
             (Column::one(name, Values::Int(numbers)), approximate)
         };
         vec![
             (timestamp, times),
             whole("frame_index", (0..frames).collect()),
-            whole("episode_index", vec![index; frames as usize]),
+            whole("episode_index", vec![index; frames]),
             whole("index", (self.frames..self.frames + frames).collect()),
-            whole("task_index", vec![task; frames as usize]),
+            whole("task_index", vec![task; frames]),
         ]
     }
 
@@ -276,12 +281,11 @@ impl Writer<'_> {
             full.close(None)?;
             self.data_place = self.data_place.next();
         }
-        let mut file = match self.data.take() {
-            Some(file) => file,
-            None => {
-                let path = self.data_place.path(&self.out.join("data"), "parquet");
-                TableFile::create(&path, columns)?
-            }
+        let mut file = if let Some(file) = self.data.take() {
+            file
+        } else {
+            let path = self.data_place.path(&self.out.join("data"), "parquet");
+            TableFile::create(&path, columns)?
         };
         file.add(columns)?;
         self.data = Some(file);
@@ -311,12 +315,11 @@ impl Writer<'_> {
             full.close()?;
             *place = place.next();
         }
-        let mut file = match video.take() {
-            Some(file) => file,
-            None => {
-                let path = place.path(&self.out.join("videos").join(key), "mp4");
-                Video::create(&path, (first.width, first.height), rate_hz)?
-            }
+        let mut file = if let Some(file) = video.take() {
+            file
+        } else {
+            let path = place.path(&self.out.join("videos").join(key), "mp4");
+            Video::create(&path, (first.width, first.height), rate_hz)?
         };
         let begins = file.frames;
         for picture in pictures {
@@ -348,6 +351,11 @@ impl Writer<'_> {
             self.frames
         ))
     }
+}
+
+/// A count as a number of a table.
+pub(crate) fn whole_number(count: usize) -> i64 {
+    i64::try_from(count).unwrap_or(i64::MAX)
 }
 
 /// Name of the feature of a camera.

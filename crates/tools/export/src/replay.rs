@@ -10,7 +10,7 @@ use cell_model::runs::spec::RunSpec;
 use cell_rt::stdout;
 use cell_sim::OneProcess;
 use cell_sim::action::{Hold, NUMBERS, decision_of};
-use controller_proc::Controllers;
+use cell_sim::controller_proc::Controllers;
 use ipc_types::Decision;
 use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader as _, SerializedFileReader};
@@ -95,7 +95,9 @@ fn difference(data: &Data, stored: &Stored) -> Result<Option<String>, ExportErro
         let state = sim.state();
         let tick = state.header.tick;
         if hold.begins(tick)
-            && let Some(recorded) = stored.states.get(hold.action(tick) as usize)
+            && let Some(recorded) = stored
+                .states
+                .get(usize::try_from(hold.action(tick)).unwrap_or(usize::MAX))
         {
             let computed = arms(&cell, state);
             let differs = computed.iter().zip(recorded);

@@ -14,7 +14,7 @@ pub(crate) const QUANTILES: [(&str, f64); 5] = [
 /// Statistics of the numbers of a feature, in the order of the numbers.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Stats {
-    pub(crate) count: u64,
+    pub(crate) count: usize,
     pub(crate) min: Vec<f64>,
     pub(crate) max: Vec<f64>,
     pub(crate) mean: Vec<f64>,
@@ -26,7 +26,7 @@ impl Stats {
     /// Of rows of `width` numbers.
     pub(crate) fn of(numbers: &[f32], width: usize) -> Self {
         let mut stats = Self {
-            count: (numbers.len() / width.max(1)) as u64,
+            count: numbers.len() / width.max(1),
             ..Self::default()
         };
         for column in 0..width {
@@ -37,14 +37,14 @@ impl Stats {
     }
 
     /// Of the channels of `frames` of colour, from 0 to 1; `count` is that of the frames.
-    pub(crate) fn of_pictures<'a>(frames: impl Iterator<Item = &'a [u8]> + Clone) -> Self {
+    pub(crate) fn of_pictures<'a>(frames: &(impl Iterator<Item = &'a [u8]> + Clone)) -> Self {
         let mut stats = Self {
-            count: frames.clone().count() as u64,
+            count: frames.clone().count(),
             ..Self::default()
         };
         for channel in 0..3 {
             // Millions of values, of which there are 256: they are counted, not sorted.
-            let mut counts = [0_u64; 256];
+            let mut counts = [0_usize; 256];
             for value in frames
                 .clone()
                 .flat_map(|frame| frame.iter().skip(channel).step_by(3))
@@ -59,9 +59,9 @@ impl Stats {
     }
 
     /// Adds a channel by how often each of its values is there.
-    fn add_counted(&mut self, counts: &[u64; 256]) {
+    fn add_counted(&mut self, counts: &[usize; 256]) {
         let value = |index: usize| index as f64 / 255.0;
-        let total = counts.iter().sum::<u64>().max(1);
+        let total = counts.iter().sum::<usize>().max(1);
         let weighted = |of: &dyn Fn(f64) -> f64| {
             let values = counts.iter().enumerate();
             let values = values.map(|(index, count)| *count as f64 * of(value(index)));
@@ -72,7 +72,7 @@ impl Stats {
         let square = weighted(&|value| (value - mean).powi(2));
         self.std.push(square.sqrt());
         // The value at a place of the sorted values.
-        let at = |place: u64| {
+        let at = |place: usize| {
             let mut before = 0;
             let index = counts.iter().position(|count| {
                 before += count;
@@ -83,9 +83,7 @@ impl Stats {
         self.min.push(at(0));
         self.max.push(at(total - 1));
         for ((_, share), found) in QUANTILES.iter().zip(&mut self.quantiles) {
-            let place = share * (total - 1) as f64;
-            let (below, above) = (at(place.floor() as u64), at(place.ceil() as u64));
-            found.push(below + (place - place.floor()) * (above - below));
+            found.push(interpolated(*share, total, at));
         }
     }
 
@@ -165,12 +163,22 @@ impl Stats {
     }
 }
 
-/// The value that a share of the sorted values is below, interpolated.
 fn quantile(sorted: &[f64], share: f64) -> f64 {
-    let place = share * sorted.len().saturating_sub(1) as f64;
-    let below = place.floor();
-    let at = |place: f64| sorted.get(place as usize).copied().unwrap_or(0.0);
-    at(below) + (place - below) * (at(place.ceil()) - at(below))
+    interpolated(share, sorted.len(), |place| {
+        sorted.get(place).copied().unwrap_or(0.0)
+    })
+}
+
+/// The value that a share of `count` sorted values is below; `at` gives that of a place.
+#[allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a share of a count is one"
+)]
+fn interpolated(share: f64, count: usize, at: impl Fn(usize) -> f64) -> f64 {
+    let place = share * count.saturating_sub(1) as f64;
+    let (below, above) = (at(place.floor() as usize), at(place.ceil() as usize));
+    below + (place - place.floor()) * (above - below)
 }
 
 #[cfg(test)]
@@ -184,7 +192,7 @@ mod tests {
         assert_eq!(stats.quantiles[2], [2.0, 20.0]);
         assert!((stats.quantiles[3][0] - 3.6).abs() < 1e-9);
         let one = Stats::of(&[0.0], 1);
-        let counted = Stats::of_pictures([[0_u8, 9, 8, 255, 9, 8].as_slice()].into_iter());
+        let counted = Stats::of_pictures(&[[0_u8, 9, 8, 255, 9, 8].as_slice()].into_iter());
         assert_eq!((counted.count, counted.mean[0]), (1, 0.5));
         assert_eq!(
             (counted.min[0], counted.max[0], counted.std[1]),

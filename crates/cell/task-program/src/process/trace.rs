@@ -21,6 +21,17 @@ const PICTURE_TICKS: u64 = 1000;
 const PIECE_LINES: usize = 128;
 const PIECE_NS: u64 = 5_000_000;
 
+/// How far the pictures were sent.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Pictures {
+    /// Tick at which they were begun last.
+    drawn: Option<u64>,
+    /// The next line that was not sent.
+    next_line: Option<usize>,
+    /// When a piece was sent last (ns).
+    sent_ns: u64,
+}
+
 impl<C: Clock> TaskProcess<C> {
     pub(super) fn report(&mut self, begun: &Begun, restored: Restored, tick: u64) {
         match begun {
@@ -56,21 +67,22 @@ impl<C: Clock> TaskProcess<C> {
         let interval = self.picture_interval();
         // A tick that is earlier than the last picture is a new scene.
         if self
+            .pictures
             .drawn
             .is_none_or(|drawn| tick >= drawn + interval || tick < drawn)
         {
-            self.drawn = Some(tick);
-            self.next_line = Some(0);
-            self.drawn_ns = 0;
+            self.pictures.drawn = Some(tick);
+            self.pictures.next_line = Some(0);
+            self.pictures.sent_ns = 0;
         }
-        if let Some(from) = self.next_line
-            && now_ns >= self.drawn_ns + PIECE_NS
+        if let Some(from) = self.pictures.next_line
+            && now_ns >= self.pictures.sent_ns + PIECE_NS
         {
             let next = from + PIECE_LINES;
             let task = &self.decider.task;
             task.trace_pictures(from..next, &mut self.lines);
-            self.next_line = (next < task.picture_lines()).then_some(next);
-            self.drawn_ns = now_ns;
+            self.pictures.next_line = (next < task.picture_lines()).then_some(next);
+            self.pictures.sent_ns = now_ns;
         }
         if tick.is_multiple_of(STATUS_TICKS) {
             self.decider.task.trace_statuses(&mut self.lines);
@@ -84,15 +96,15 @@ impl<C: Clock> TaskProcess<C> {
             return;
         };
         // Wall time, the only one that advances; the same period as with simulated time.
-        let wait_ns = match self.next_line {
+        let wait_ns = match self.pictures.next_line {
             Some(_) => PIECE_NS,
             None => self.picture_interval() * TICK_NS,
         };
-        if now_ns < self.drawn_ns + wait_ns {
+        if now_ns < self.pictures.sent_ns + wait_ns {
             return;
         }
-        if self.next_line.is_none() {
-            self.drawn = None;
+        if self.pictures.next_line.is_none() {
+            self.pictures.drawn = None;
         }
         self.lines.clear();
         self.draw(tick);

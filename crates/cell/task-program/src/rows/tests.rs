@@ -25,6 +25,7 @@ fn the_root_and_relative_folders_stay_in_a_message() {
             cases: &Cases::default(),
             seeds: [1, 2],
             shard: Shard::ALL,
+            record: None,
             jobs: 1,
             out: Path::new("rows.jsonl"),
             inputs,

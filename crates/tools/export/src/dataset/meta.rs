@@ -4,7 +4,9 @@ use std::path::Path;
 
 use serde_json::{Map, Value, json};
 
-use super::{CHUNK_FILES, Common, DATA_BYTES, Place, VIDEO_BYTES, Written, camera_key};
+use super::{
+    CHUNK_FILES, Common, DATA_BYTES, Place, VIDEO_BYTES, Written, camera_key, whole_number,
+};
 use crate::ExportError;
 use crate::pictures::Storage;
 use crate::stats::Stats;
@@ -32,7 +34,7 @@ pub(super) fn write(
         &columns,
         None,
     )?;
-    let numbers = (0..tasks.len() as i64).collect();
+    let numbers = (0..tasks.len()).map(whole_number).collect();
     let columns = [
         Column::one("task_index", Values::Int(numbers)),
         Column::one("task", Values::Text(tasks.to_vec())),
@@ -80,7 +82,7 @@ fn info(common: &Common, tasks: &[String], episodes: &[Written]) -> Value {
         "codebase_version": "v3.0",
         "robot_type": common.robot,
         "total_episodes": episodes.len(),
-        "total_frames": episodes.iter().map(|one| one.frames).sum::<i64>(),
+        "total_frames": episodes.iter().map(|one| one.frames).sum::<usize>(),
         "total_tasks": tasks.len(),
         "chunks_size": CHUNK_FILES,
         "data_files_size_in_mb": DATA_BYTES >> 20,
@@ -146,14 +148,16 @@ fn episode_columns(common: &Common, tasks: &[String], episodes: &[Written]) -> V
     let sentences = episodes
         .iter()
         .filter_map(|one| tasks.get(one.task).cloned());
-    let indices = (0..episodes.len() as i64).collect();
+    let indices = (0..episodes.len()).map(whole_number).collect();
     let success = episodes.iter().map(|one| one.success).collect();
     let mut columns = vec![
         Column::one("episode_index", Values::Int(indices)),
         Column::list("tasks", 1, Values::Text(sentences.collect())),
-        whole("length", &|one| one.frames),
-        whole("dataset_from_index", &|one| one.first),
-        whole("dataset_to_index", &|one| one.first + one.frames),
+        whole("length", &|one| whole_number(one.frames)),
+        whole("dataset_from_index", &|one| whole_number(one.first)),
+        whole("dataset_to_index", &|one| {
+            whole_number(one.first + one.frames)
+        }),
         whole("data/chunk_index", &|one| one.data.chunk),
         whole("data/file_index", &|one| one.data.file),
         whole("meta/episodes/chunk_index", &|_| 0),
@@ -174,25 +178,39 @@ fn episode_columns(common: &Common, tasks: &[String], episodes: &[Written]) -> V
         number("robocell/grip_force_n", &|one| one.grip_force),
         text("robocell/run", &|one| one.run.clone()),
     ];
-    if common.storage == Storage::Video {
-        let rate = f64::from(common.rate_hz);
-        for (index, (name, ..)) in common.cameras.iter().enumerate() {
-            let key = format!("videos/{}", camera_key(name));
-            let video = |one: &Written| one.videos.get(index).copied().unwrap_or_default();
-            columns.extend([
-                whole(&format!("{key}/chunk_index"), &|one| video(one).0.chunk),
-                whole(&format!("{key}/file_index"), &|one| video(one).0.file),
-                number(&format!("{key}/from_timestamp"), &|one| {
-                    video(one).1 as f64 / rate
-                }),
-                number(&format!("{key}/to_timestamp"), &|one| {
-                    (video(one).1 as f64 + one.frames as f64) / rate
-                }),
-            ]);
-        }
-    }
+    columns.extend(video_columns(common, episodes));
     columns.extend(stats_columns(episodes));
     columns
+}
+
+/// Where the pictures of each episode are in the videos.
+fn video_columns(common: &Common, episodes: &[Written]) -> Vec<Column> {
+    if common.storage != Storage::Video {
+        return Vec::new();
+    }
+    let rate = f64::from(common.rate_hz);
+    let of_camera = |(index, name): (usize, &String)| {
+        let key = format!("videos/{}", camera_key(name));
+        let video = |one: &Written| one.videos.get(index).copied().unwrap_or_default();
+        let whole = |name: &str, number: &dyn Fn(&Written) -> i64| {
+            let numbers = episodes.iter().map(number).collect();
+            Column::one(&format!("{key}/{name}"), Values::Int(numbers))
+        };
+        let time = |name: &str, frame: &dyn Fn(&Written) -> f64| {
+            let times = episodes.iter().map(|one| frame(one) / rate).collect();
+            Column::one(&format!("{key}/{name}"), Values::Double(times))
+        };
+        [
+            whole("chunk_index", &|one| video(one).0.chunk),
+            whole("file_index", &|one| video(one).0.file),
+            time("from_timestamp", &|one| video(one).1 as f64),
+            time("to_timestamp", &|one| {
+                video(one).1 as f64 + one.frames as f64
+            }),
+        ]
+    };
+    let names = common.cameras.iter().map(|(name, ..)| name);
+    names.enumerate().flat_map(of_camera).collect()
 }
 
 fn stats_columns(episodes: &[Written]) -> Vec<Column> {
@@ -227,7 +245,7 @@ fn stats_columns(episodes: &[Written]) -> Vec<Column> {
                 Column::list(&name, width, values)
             });
         }
-        let counts = all.iter().map(|stats| stats.count as i64).collect();
+        let counts = all.iter().map(|stats| whole_number(stats.count)).collect();
         columns.push(Column::list(
             &format!("stats/{key}/count"),
             1,

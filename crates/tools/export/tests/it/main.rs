@@ -1,4 +1,5 @@
 //! Data sets of recorded episodes.
+#![allow(clippy::unwrap_used, reason = "a test that cannot continue has failed")]
 
 use std::path::{Path, PathBuf};
 
@@ -105,6 +106,10 @@ fn one_changed_bit_of_an_action_is_found() {
 }
 
 /// The x of the last goal of an episode.
+#[allow(
+    clippy::cast_possible_truncation,
+    reason = "it was rounded before it was executed"
+)]
 fn stored_goal(file: &Path) -> f32 {
     let mut recording = cell_record::Recording::open(file).unwrap();
     let frame = recording.at(1.9).unwrap();
