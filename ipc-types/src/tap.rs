@@ -235,7 +235,7 @@ impl<'a> Pieces<'a> {
         Self::with(state, all, before)
     }
 
-    /// Pieces with all objects of `state`, whatever its tick.
+    /// Pieces with all objects of `state`, at any tick.
     pub fn whole(state: &WorldState) -> Self {
         Self::with(state, true, &[])
     }

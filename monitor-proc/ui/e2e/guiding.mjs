@@ -85,8 +85,9 @@ export async function grasp(test) {
     await toast.waitFor();
     await toast.getByRole("button", { name: "Close" }).click();
   };
-  await press("robocell resume");
+  // In this order: the task must not bring the tool above the cube meanwhile.
   await press("robocell task pause");
+  await press("robocell resume");
   await until("the task is paused", flag(TASK_PAUSED));
   await page.getByRole("tab", { name: "Robot" }).click();
   await page.getByRole("button", { name: "Close gripper" }).click();

@@ -1,8 +1,8 @@
 //! Actions at the rate of a learned policy.
 //!
-//! A data set has one action for each of its frames, in numbers of 32 bits. An episode comes
-//! back from these numbers, to the bit, only where they are what was executed: goals are rounded
-//! before they are sent, and held until the next frame.
+//! A data set has one action for each of its frames, in numbers of 32 bits. These numbers give
+//! an episode again, to the bit, only if exactly they were executed: goals are rounded before
+//! they are sent, and held until the next frame.
 
 use cell_model::runs::spec::RunSpec;
 use ipc_types::decision::{GoalKind, GripperGoal, Outcome};
@@ -29,7 +29,7 @@ impl Hold {
     /// For actions at `rate_hz`.
     ///
     /// # Errors
-    /// For a rate of which an action is no whole number of decisions.
+    /// For a rate at which an action does not take a whole number of decisions.
     pub fn new(rate_hz: u32) -> Result<Self, RateError> {
         if rate_hz == 0 || !DECISIONS_HZ.is_multiple_of(rate_hz) {
             return Err(RateError(rate_hz));
@@ -60,7 +60,8 @@ impl Hold {
             decision.goals.iter_mut().for_each(round);
             return;
         }
-        // The task decides meanwhile, on what it sees; it is not obeyed before its next action.
+        // The task still decides, on each observation; only the decision at the start of an action
+        // is executed.
         let header = decision.header;
         *decision = *before;
         decision.header = header;

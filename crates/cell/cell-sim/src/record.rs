@@ -29,7 +29,7 @@ impl Recorder {
         fs::remove_file(&partial).ok();
         // A page draws by the scene; this file is read by programs.
         let spec = RunSpec {
-            // Where it is written is no part of an episode.
+            // The place of the file does not belong to the episode.
             record: RecordSpec::default(),
             ..spec.clone()
         };
@@ -43,7 +43,7 @@ impl Recorder {
         })
     }
 
-    /// Adds what is new since the tick before.
+    /// Adds the messages of the present tick.
     pub(crate) fn take(&mut self, sim: &OneProcess) -> Result<(), RecordError> {
         let tick = sim.state().header.tick;
         if self.hold.begins(tick) {

@@ -47,7 +47,7 @@ impl Place {
     }
 }
 
-/// What is known of an episode that was written.
+/// An episode that was written.
 pub(crate) struct Written {
     pub(crate) task: usize,
     pub(crate) frames: usize,

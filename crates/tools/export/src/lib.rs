@@ -41,12 +41,12 @@ pub enum ExportError {
     /// A camera.
     #[error("--camera: {0}")]
     Camera(#[from] camera::UnknownCamera),
-    /// A recording that is no episode of a data set.
+    /// A recording that does not fit into a data set.
     #[error("{}: {why}", path.display())]
     Episode {
         /// The recording.
         path: PathBuf,
-        /// What is wrong.
+        /// Reason.
         why: String,
     },
     /// A file.
@@ -152,8 +152,7 @@ fn lerobot(out: &Path, files: &[PathBuf], cameras: &[String]) -> Result<ExitCode
 /// Writes a data set of recordings, in their order; a sentence about it.
 ///
 /// # Errors
-/// For a recording that is no episode of it, an unknown camera and a file that cannot be
-/// written.
+/// For a recording that does not fit, an unknown camera, and a file that cannot be written.
 pub fn export(
     data: &Data,
     out: &Path,
