@@ -215,14 +215,8 @@ fn video_columns(common: &Common, episodes: &[Written]) -> Vec<Column> {
 
 fn stats_columns(episodes: &[Written]) -> Vec<Column> {
     let mut columns = Vec::new();
-    let first = episodes.iter().flat_map(|one| &one.stats).next();
     let keys = episodes.first().map(|one| &one.stats);
-    for (at, (key, _)) in keys
-        .into_iter()
-        .flatten()
-        .enumerate()
-        .filter(|_| first.is_some())
-    {
+    for (at, (key, _)) in keys.into_iter().flatten().enumerate() {
         let of = |one: &Written| one.stats.get(at).map(|(_, stats)| stats.clone());
         let all: Vec<Stats> = episodes.iter().filter_map(of).collect();
         let lists = all.first().map(Stats::lists).unwrap_or_default();
