@@ -3,10 +3,10 @@ import { existsSync } from "node:fs";
 import { bins, flip, manual, pallet } from "./bins.mjs";
 import { breakpoints, breakspots, code, policy, saved } from "./debug.mjs";
 import { levels, phone, readable } from "./looks.mjs";
-import { recorded, status } from "./status.mjs";
+import { recorded, status, told } from "./status.mjs";
 import { guide, reach, scenes, sharp, views } from "./first.mjs";
 import { NOT_LIVE, PAUSED, TASK_PAUSED, flag, noFlag, starts } from "./flags.mjs";
-import { filter, lanes, replaySpeed, speed } from "./time.mjs";
+import { earlier, filter, lanes, replaySpeed, speed } from "./time.mjs";
 import { drawing, guards, outline, largeTree } from "./graph.mjs";
 import { grasp, jog } from "./guiding.mjs";
 import { hands } from "./hands.mjs";
@@ -50,6 +50,11 @@ async function draws({ look, until, near, same, page, robocell }) {
   const here = seen.objects.filter(({ enabled }) => enabled);
   same("what is drawn", Object.keys(seen.bodies).sort(), here.map(({ name }) => name).sort());
   for (const { name, at } of here) near(name, seen.bodies[name], at, 1e-3);
+  const [crowded, inCrowds] = await look((r) => {
+    const isInCrowd = ({ group }) => group.visible && group.children[0].layers.mask !== 1;
+    return [r.view.cell.bodies.filter(isInCrowd).length, r.view.cell.crowds.reduce((sum, { mesh }) => sum + mesh.count, 0)];
+  });
+  same("equal bodies that are drawn at once", inCrowds, crowded);
   for (const { name, link, reach, tcp } of seen.arms) {
     // The tool lies in the last link's frame, at a distance of `reach`.
     const off = Math.hypot(...tcp.map((x, axis) => x - link[axis]));
@@ -580,9 +585,9 @@ async function frames({ page, look, until, robocell }) {
 export const scenarios = {
   meshes, draws, drag, gizmo, buttons, crashes, scrub, plots, viewer, names,
   manual, flip, pallet, bins, windows, keyboard, frames,
-  lanes, speed, filter, replaySpeed,
+  lanes, speed, filter, replaySpeed, earlier,
   outline, largeTree, drawing, guards, breakpoints, breakspots, policy, saved, code,
   inspector, joints, ticks, answers, jobDrawing, load, targets,
   guide, views, sharp, reach, scenes,
-  jog, grasp, hands, status, recorded, levels, readable, phone,
+  jog, grasp, hands, status, told, recorded, levels, readable, phone,
 };

@@ -3,6 +3,8 @@ import type { Pose, Vec3 } from "./protocol";
 
 const MAGIC = 0x31534352;
 const HEADER_BYTES = 48;
+/** The numbers of arms, objects and contacts. */
+const COUNTS_AT = 32;
 const PATH_POINTS = 24;
 const ARM_WORDS = 115 + 3 * PATH_POINTS;
 const OBJECT_WORDS = 14;
@@ -128,48 +130,66 @@ export function decode(frame: ArrayBuffer): Snapshot | null {
   if (frame.byteLength < HEADER_BYTES) return null;
   const view = new DataView(frame);
   if (view.getUint32(0, true) !== MAGIC) return null;
-  const arms = view.getUint32(32, true);
-  const objects = view.getUint32(36, true);
-  const contacts = view.getUint32(40, true);
   if (frame.byteLength !== HEADER_BYTES + 4 * wordsOf(view)) return null;
-  let at = HEADER_BYTES;
-  const snapshot: Snapshot = {
-    flags: view.getUint32(4, true),
-    time: view.getFloat64(8, true),
-    tick: view.getFloat64(16, true),
-    realTimeFactor: view.getFloat64(24, true),
-    arms: [],
-    objects: [],
-    contacts: [],
-  };
-  for (let arm = 0; arm < arms; arm++) {
-    snapshot.arms.push(decodeArm(view, at));
-    at += 4 * ARM_WORDS;
+  return new Frame(view);
+}
+
+/** Reads its parts when they are first asked for: where pictures are slow, most frames are replaced before one is drawn. */
+class Frame implements Snapshot {
+  readonly flags: number;
+  readonly time: number;
+  readonly tick: number;
+  readonly realTimeFactor: number;
+  private readArms: ArmState[] | null = null;
+  private readObjects: ObjectState[] | null = null;
+  private readContacts: Contact[] | null = null;
+
+  constructor(private readonly view: DataView) {
+    this.flags = view.getUint32(4, true);
+    this.time = view.getFloat64(8, true);
+    this.tick = view.getFloat64(16, true);
+    this.realTimeFactor = view.getFloat64(24, true);
   }
-  for (let object = 0; object < objects; object++) {
-    snapshot.objects.push({
-      pose: pose(view, at),
-      flags: view.getUint32(at + 28, true),
-      linear: vec3(view, at + 32),
-      angular: vec3(view, at + 44),
-    });
-    at += 4 * OBJECT_WORDS;
+
+  get arms(): ArmState[] {
+    return (this.readArms ??= this.list(HEADER_BYTES, ARM_WORDS, 0, decodeArm));
   }
-  for (let contact = 0; contact < contacts; contact++) {
-    snapshot.contacts.push({
-      a: body(view.getUint32(at, true)),
-      b: body(view.getUint32(at + 4, true)),
-      position: vec3(view, at + 8),
-      force: vec3(view, at + 20),
-    });
-    at += 4 * CONTACT_WORDS;
+
+  get objects(): ObjectState[] {
+    return (this.readObjects ??= this.list(this.end(0), OBJECT_WORDS, 1, decodeObject));
   }
-  return snapshot;
+
+  get contacts(): Contact[] {
+    return (this.readContacts ??= this.list(this.end(1), CONTACT_WORDS, 2, decodeContact));
+  }
+
+  /** Where the arms end, or (1) the objects. */
+  private end(part: 0 | 1): number {
+    const arms = HEADER_BYTES + 4 * ARM_WORDS * this.count(0);
+    return part === 0 ? arms : arms + 4 * OBJECT_WORDS * this.count(1);
+  }
+
+  private count(part: number): number {
+    return this.view.getUint32(COUNTS_AT + 4 * part, true);
+  }
+
+  private list<T>(from: number, words: number, part: number, read: (view: DataView, at: number) => T): T[] {
+    return Array.from({ length: this.count(part) }, (_, index) => read(this.view, from + 4 * words * index));
+  }
+}
+
+function decodeObject(view: DataView, at: number): ObjectState {
+  return { pose: pose(view, at), flags: view.getUint32(at + 28, true), linear: vec3(view, at + 32), angular: vec3(view, at + 44) };
+}
+
+function decodeContact(view: DataView, at: number): Contact {
+  const bodies = { a: body(view.getUint32(at, true)), b: body(view.getUint32(at + 4, true)) };
+  return { ...bodies, position: vec3(view, at + 8), force: vec3(view, at + 20) };
 }
 
 /** Words after the header. */
 function wordsOf(view: DataView): number {
-  const [arms, objects, contacts] = [32, 36, 40].map((at) => view.getUint32(at, true)) as [number, number, number];
+  const [arms, objects, contacts] = [0, 1, 2].map((part) => view.getUint32(COUNTS_AT + 4 * part, true)) as [number, number, number];
   return arms * ARM_WORDS + objects * OBJECT_WORDS + contacts * CONTACT_WORDS;
 }
 
@@ -186,8 +206,8 @@ function vec3(view: DataView, at: number): Vec3 {
 function decodeArm(view: DataView, at: number): ArmState {
   const u32 = (word: number) => view.getUint32(at + 4 * word, true);
   const f32 = (word: number) => view.getFloat32(at + 4 * word, true);
-  const joints = (word: number) =>
-    Float32Array.from({ length: MAX_JOINTS }, (_, joint) => f32(word + joint));
+  // Little-endian, as every machine with a browser is. A frame begins at a multiple of four bytes.
+  const joints = (word: number) => new Float32Array(view.buffer, view.byteOffset + at + 4 * word, MAX_JOINTS);
   const flags = u32(1);
   return {
     joints: u32(0),

@@ -30,7 +30,11 @@ export function svg<K extends keyof SVGElementTagNameMap>(
 
 /** Sets the text where it is another one: untouched nodes cost no layout. */
 export function setText(node: Node, text: string): void {
-  if (node.textContent !== text) node.textContent = text;
+  const only = node.firstChild;
+  // To read the text of an element makes a string of all that is in it.
+  if (only?.nodeType === Node.TEXT_NODE && only.nextSibling === null && text !== "") {
+    if ((only as Text).data !== text) (only as Text).data = text;
+  } else if (node.textContent !== text) node.textContent = text;
 }
 
 export function setTitle(node: HTMLElement, text: string): void {

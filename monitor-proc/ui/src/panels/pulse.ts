@@ -4,6 +4,7 @@
 const PERIOD_MS = 100;
 
 export class Pulse {
+  private measures: (() => void)[] = [];
   private all: { element: Element | null; run: () => void; seen: boolean }[] = [];
 
   constructor() {
@@ -15,8 +16,20 @@ export class Pulse {
     this.all.push({ element, run, seen: false });
   }
 
+  /** Calls `run` once, before anything of the next beat is written: it may ask for sizes at no cost. */
+  measure(run: () => void): void {
+    if (!this.measures.includes(run)) this.measures.push(run);
+  }
+
+  /** Behind a picture of the browser: what was written before has its style and place by then. */
   private beat(): void {
-    if (document.hidden) return;
+    if (!document.hidden) requestAnimationFrame(() => setTimeout(() => this.run()));
+  }
+
+  private run(): void {
+    const { measures } = this;
+    this.measures = [];
+    for (const run of measures) run();
     this.all = this.all.filter((one) => {
       if (one.element === null || one.element.isConnected) one.seen = true;
       else return !one.seen;

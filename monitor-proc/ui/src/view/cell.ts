@@ -3,8 +3,10 @@ import { Box3, Group, type Object3D, Vector3 } from "three";
 import type { Scene, Shape, Vec3 } from "../net/protocol";
 import { OBJECT, type Snapshot } from "../net/snapshot";
 import { body, place } from "./body";
+import { Crowd } from "./crowd";
 import { fixtureCorners, floorHeight, furniture, tableCorners } from "./furniture";
 import { Robot } from "./robots/robot";
+import { still } from "./still";
 
 export interface Body {
   name: string;
@@ -32,6 +34,7 @@ export class Cell {
   private readonly fixtures: Group;
   readonly robots: Robot[] = [];
   readonly bodies: Body[] = [];
+  private readonly crowds: Crowd[];
   readonly floor: number;
   /** What went wrong while it was built, for the person. */
   readonly troubles: string[] = [];
@@ -41,14 +44,16 @@ export class Cell {
     changed: () => void,
   ) {
     this.floor = floorHeight(scene);
-    this.fixtures = furniture(scene, this.floor);
+    this.fixtures = still(furniture(scene, this.floor));
     this.root.add(this.fixtures);
     for (const { name, shape, colour } of scene.objects) {
-      const group = body(name, shape, colour);
+      const group = still(body(name, shape, colour));
       group.visible = false;
       this.bodies.push({ name, shape, group, flags: 0 });
       this.root.add(group);
     }
+    this.crowds = Crowd.of(this.bodies);
+    for (const { mesh } of this.crowds) this.root.add(mesh);
     for (const spec of scene.arms) {
       try {
         const robot = new Robot(spec, changed);
@@ -72,7 +77,14 @@ export class Cell {
       item.flags = state.flags;
       item.group.visible = (state.flags & OBJECT.enabled) !== 0;
       place(item.group, state.pose);
+      item.group.updateMatrix();
     });
+    for (const crowd of this.crowds) crowd.update();
+  }
+
+  /** Gives back what the graphics card keeps for this scene alone. */
+  dispose(): void {
+    for (const { mesh } of this.crowds) mesh.dispose();
   }
 
   /** The arm's robot, by its place in the scene. */

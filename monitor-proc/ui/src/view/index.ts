@@ -254,6 +254,8 @@ export class View implements ViewApi {
   /** Draws what has changed; a cell at rest costs nothing. */
   private takeSnapshot(snapshot: Snapshot): void {
     const { shown } = this;
+    // The picture that is asked for will have the newest one.
+    if (this.stale && this.moves) return this.rest.stir();
     const fades = this.toggles.get("trails") && shown?.time !== snapshot.time;
     this.moves = shown === null || fades || looksOther(shown, snapshot, unseen(this.eye.pixel_m));
     if (this.moves) this.refresh();
@@ -278,6 +280,7 @@ export class View implements ViewApi {
     if (this.cell !== null && JSON.stringify(scene) === JSON.stringify(this.cell.scene)) return;
     if (this.cell !== null) {
       this.stage.scene.remove(this.cell.root);
+      this.cell.dispose();
       this.eye.forget();
     }
     this.drag.release();

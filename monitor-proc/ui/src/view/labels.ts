@@ -18,6 +18,8 @@ const BESIDE_PX = 28;
 export class Labels {
   private readonly layer = document.createElement("div");
   private readonly labels = new Map<string, Label>();
+  /** Half the width of the texts of a kind and length (pixels): measuring costs a layout, and other digits are as wide. */
+  private readonly halves = new Map<string, number>();
 
   constructor(element: HTMLElement) {
     this.layer.className = "labels";
@@ -47,7 +49,6 @@ export class Labels {
     const before = label.element.textContent ?? "";
     if (before !== text) {
       label.element.textContent = text;
-      // Measuring costs a layout, and other digits are as wide.
       if (before.length !== text.length) label.half = null;
     }
     return label.element;
@@ -62,6 +63,13 @@ export class Labels {
     }
   }
 
+  private half(element: HTMLElement): number {
+    const key = `${element.className} ${element.textContent?.length ?? 0}`;
+    const known = this.halves.get(key) ?? element.offsetWidth / 2;
+    this.halves.set(key, known);
+    return known;
+  }
+
   /** Moves all to where `camera` sees their points. */
   place(camera: Camera, width: number, height: number): void {
     const at = new Vector3();
@@ -70,7 +78,7 @@ export class Labels {
       const seen = at.z < 1 && Math.abs(at.x) < 1.1 && Math.abs(at.y) < 1.1;
       label.element.style.display = seen ? "" : "none";
       if (!seen) continue;
-      label.half ??= label.element.offsetWidth / 2;
+      label.half ??= this.half(label.element);
       // A text at the border stays in the picture.
       const wanted = (0.5 + at.x / 2) * width + (label.beside ? label.half + BESIDE_PX : 0);
       const x = Math.min(Math.max(wanted, label.half), Math.max(label.half, width - label.half));

@@ -23,13 +23,13 @@ export function latencyTab(context: PanelContext): HTMLElement {
   let stale = true;
   const draw = () => {
     const { status } = context.store;
-    stale = !root.checkVisibility();
-    if (status === null || stale) return;
+    if (status === null || !stale) return;
+    stale = false;
     if (status.latency.length > 0) hops.replaceChildren(...status.latency.map((hop) => hopRow(context, hop)));
     body.replaceChildren(...cycleRows(status.processes));
   };
-  context.store.on("status", draw);
-  context.pulse.add(root, () => stale && draw());
+  context.store.on("status", () => (stale = true));
+  context.pulse.add(root, draw);
   return root;
 }
 

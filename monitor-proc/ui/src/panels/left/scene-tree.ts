@@ -66,10 +66,15 @@ function arms(context: PanelContext, scene: Scene, refreshes: Refresh[]): HTMLEl
 function objects(context: PanelContext, scene: Scene, refreshes: Refresh[]): HTMLElement[] {
   return scene.objects.map((object, index) => {
     const state = el("span", { class: "dim state" });
+    let before = "";
     refreshes.push(() => {
       const now = context.snapshot?.objects[index];
       if (!now) return;
       const holder = context.snapshot?.arms.findIndex((arm) => arm.held === index) ?? -1;
+      // A hundred rows ten times a second: to ask the page for their texts takes longer.
+      const key = `${now.flags} ${holder} ${Math.round(1000 * now.pose[2])}`;
+      if (key === before) return;
+      before = key;
       const words = objectState(now.flags, object.parked === true, holder < 0 ? null : context.armName(holder), now.pose[2]);
       setText(state, words);
       setAttr(state, "data-tone", words === "lost" ? "bad" : null);

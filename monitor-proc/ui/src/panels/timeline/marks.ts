@@ -30,7 +30,9 @@ export function drawnMarks(context: PanelContext, host: HTMLElement, span: () =>
     const at = (line: LogLine) => (isFailure(line) ? store.markedAt(line) : line.time_s);
     const fits = (line: LogLine) => at(line) >= first && at(line) <= last && (isFailure(line) || store.isCurrent(line));
     const seen = store.marked.filter((line) => line.mark !== null && fits(line)).map((line) => ({ line, at_s: at(line) }));
-    const apart_s = (APART_PX / Math.max(host.clientWidth, 1)) * (last - first);
+    const hasIncident = seen.some(({ line }) => line.incident !== undefined);
+    // The width costs a layout of the page.
+    const apart_s = hasIncident ? (APART_PX / Math.max(host.clientWidth, 1)) * (last - first) : 0;
     const marks = [...seen.filter(({ line }) => line.incident === undefined).map(plain), ...incidents(context, seen, apart_s)];
     const shown = new Map(marks.map((mark) => [mark.key, nodes.get(mark.key) ?? mark.make()]));
     for (const { key, time_s } of marks) {

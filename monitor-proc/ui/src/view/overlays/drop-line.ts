@@ -1,7 +1,8 @@
 // A line from a body or a tool straight down to what is below it, with the distance.
-import { Box3, Group, Raycaster, Vector3 } from "three";
+import { Box3, Group, Vector3 } from "three";
 import type { Body, Cell } from "../cell";
 import type { Labels } from "../labels";
+import { bodyCaster } from "../touch/layers";
 import { Strokes } from "./strokes";
 
 const DOWN = new Vector3(0, 0, -1);
@@ -9,7 +10,7 @@ const DOWN = new Vector3(0, 0, -1);
 export class DropLine {
   readonly root = new Group();
   private readonly line: Strokes;
-  private readonly caster = new Raycaster();
+  private readonly caster = bodyCaster();
 
   constructor(colour: number) {
     this.line = new Strokes(1, colour);

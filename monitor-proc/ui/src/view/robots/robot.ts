@@ -7,6 +7,7 @@ import { fetchedMesh } from "./fetched";
 import { hasShapes, ownParts } from "./own";
 import { pandaDress } from "./panda";
 import { type Dress, meshes } from "./part";
+import { still } from "../still";
 import { ur10Dress } from "./ur10";
 
 const DRESSES: Record<string, Dress | undefined> = { panda: pandaDress, ur10: ur10Dress };
@@ -66,7 +67,7 @@ export class Robot {
         inner.receiveShadow = false;
       });
     }
-    link.add(object);
+    link.add(still(object));
   }
 
   /** Positions in the order of the scene's joints (rad, m). */

@@ -1,14 +1,15 @@
 // What lies under the pointer.
-import { Raycaster, Vector2, Vector3, type Ray } from "three";
+import { Vector2, Vector3, type Ray } from "three";
 import type { Cell, Owner } from "../cell";
 import type { Lens } from "../lens";
+import { bodyCaster } from "./layers";
 
 /** What was hit, and the point of it (m). */
 export interface Hit extends Owner {
   point: Vector3;
 }
 
-const caster = new Raycaster();
+const caster = bodyCaster();
 /** So far beside a body a press still means it (pixels). */
 const NEAR_PX = 12;
 const DIRECTIONS = 8;

@@ -20,13 +20,16 @@ const PAN_PX = 40;
 /** A pointer that moves less than this clicks. */
 const CLICK_PX = 4;
 const PAD_PX = 8;
+/** The zoom buttons are below the last node, not over it. */
+const BOTTOM_PX = 32;
 
 /** Where the origin of a drawing is along one axis (px): in the middle if it fits `room`, else so that `watched` is in
- * sight and no room is left empty. */
-function placed(room: number, scale: number, from: number, length: number, watched: number): number {
-  if (scale * length <= room) return room / 2 - scale * (from + length / 2);
+ * sight and no room is left empty but `end` (px). */
+function placed(room: number, end: number, scale: number, from: number, length: number, watched: number): number {
+  const free = room - end + PAD_PX;
+  if (scale * length <= free) return free / 2 - scale * (from + length / 2);
   const wanted = room / 2 - scale * watched;
-  return Math.min(Math.max(wanted, room - PAD_PX - scale * (from + length)), PAD_PX - scale * from);
+  return Math.min(Math.max(wanted, room - end - scale * (from + length)), PAD_PX - scale * from);
 }
 
 export class Viewport {
@@ -36,6 +39,8 @@ export class Viewport {
   private readonly look;
   private readonly pointers = new Map<number, { x: number; y: number }>();
   private dragged = false;
+  /** Its width and height (px): to ask for them after a change costs a layout of the page. */
+  private size = { width: 0, height: 0 };
   /** The point of the drawing that stays in sight where the whole does not fit. */
   private watched: { x: number; y: number } | null = null;
 
@@ -53,7 +58,10 @@ export class Viewport {
     this.root.append(drawing, this.buttons());
     this.listen();
     this.apply();
-    new ResizeObserver(() => this.apply()).observe(this.root);
+    new ResizeObserver(() => {
+      this.size = { width: this.root.clientWidth, height: this.root.clientHeight };
+      this.apply();
+    }).observe(this.root);
   }
 
   /** The drawing has other bounds now. */
@@ -103,16 +111,15 @@ export class Viewport {
   }
 
   private apply(): void {
-    const { clientWidth: width, clientHeight: height } = this.root;
-    const { look, bounds } = this;
+    const { look, bounds, size: { width, height } } = this;
     if (look.fit) {
       // What is not shown has no size; it gets one when it is.
       if (width === 0 || height === 0) return;
-      const fits = Math.min((width - 2 * PAD_PX) / bounds.width, (height - 2 * PAD_PX) / bounds.height);
+      const fits = Math.min((width - 2 * PAD_PX) / bounds.width, (height - PAD_PX - BOTTOM_PX) / bounds.height);
       look.scale = Math.min(Math.max(fits, LEAST_FIT), this.fitMost);
       const { x, y } = this.watched ?? { x: bounds.left + bounds.width / 2, y: bounds.top };
-      look.x = placed(width, look.scale, bounds.left, bounds.width, x);
-      look.y = placed(height, look.scale, bounds.top, bounds.height, y);
+      look.x = placed(width, PAD_PX, look.scale, bounds.left, bounds.width, x);
+      look.y = placed(height, BOTTOM_PX, look.scale, bounds.top, bounds.height, y);
     }
     setAttr(this.world, "transform", `translate(${look.x.toFixed(2)} ${look.y.toFixed(2)}) scale(${look.scale.toFixed(4)})`);
   }
