@@ -58,3 +58,16 @@ export async function recorded({ page, until, same, look }) {
   await page.locator(".event", { hasText: "incident 1: task was killed by the script" }).waitFor();
   same("lines of what comes later", await look((r) => r.store.log.filter(({ incident }) => incident === 2).length), 0);
 }
+
+/** What is wrong while a task runs that does not know of it, and that there is nothing to list yet. */
+export async function told({ page, robocell }) {
+  const bar = page.locator("#status");
+  await page.locator(".no-event", { hasText: /^No event yet\.$/ }).waitFor();
+  robocell("resume");
+  await bar.locator(".state", { hasText: /^Running$/ }).waitFor();
+  robocell("drag", "cube", "--to", "1.5", "0", "0.6");
+  await bar.locator(".detail", { hasText: / · out of the cell: cube$/ }).waitFor();
+  await page.locator('#status[data-tone="warn"]').waitFor();
+  await page.locator('.process .dot[data-tone="warn"]').waitFor();
+  await page.locator(".no-event").waitFor({ state: "hidden" });
+}

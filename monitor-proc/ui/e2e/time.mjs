@@ -121,3 +121,34 @@ export async function replaySpeed({ page, look, until }) {
   await page.keyboard.press("ArrowRight");
   await until("a tenth later", (r, at) => Math.abs(r.store.snapshot.time - at - 0.1) < 0.06, at);
 }
+
+/** The moment of the past that is looked at outlives its run: `--loop` begins the next seed meanwhile. */
+export async function earlier({ page, look, until, same, near, forgive }) {
+  const bar = page.locator("#status");
+  const seek = (time_s) => page.evaluate((time_s) => window.robocell.store.command({ do: "seek", time_s }), time_s);
+  const seen = () => look((r) => ({ time: r.store.snapshot.time, phase: r.store.status.task.phase, letters: r.store.letters[0], tool: r.store.snapshot.arms[0].tcp.slice(0, 3) }));
+  // A slow page sees the end of the first run.
+  await until("some seconds of a run are recorded", (r) => r.store.timeline?.to_s > 4 && r.store.timeline.to_s < 8);
+  const seed = await look((r) => r.store.hello.run.seed);
+  await seek(3);
+  await until("the past is shown", flag(NOT_LIVE));
+  await until("the moment is there", (r) => Math.abs(r.store.snapshot.time - 3) < 0.05);
+  const then = await seen();
+  await until("the next run has begun", (r) => r.store.earlier !== null);
+  same("the moment", await seen(), then);
+  await bar.locator(".detail", { hasText: new RegExp(`^${then.time.toFixed(2)} s of seed ${seed}, whose run has ended$`) }).waitFor();
+  const tab = page.locator("#right .tab-panel:not([hidden]) > *").first();
+  same("whether the task of then is shown", await tab.isVisible(), true);
+  // Of other moments of that run the page has the state of physics.
+  await seek(7);
+  await until("another moment is shown", (r) => Math.abs(r.store.snapshot.time - 7) < 0.1);
+  if (Math.hypot(...(await seen()).tool.map((x, axis) => x - then.tool[axis])) < 0.01) throw new Error("the arm has not moved");
+  near("the tool that is drawn", await look((r) => r.view.tool().toArray()), (await seen()).tool, 3e-3);
+  await tab.waitFor({ state: "hidden" });
+  await page.getByRole("button", { name: "Back to live" }).click();
+  await until("now is shown", (r, seed) => r.store.connected && r.store.hello.run.seed !== seed && (r.store.snapshot.flags & 16) === 0, seed);
+  await tab.waitFor();
+  const outcome = page.locator(".episode-list i", { hasText: String(seed) });
+  same("the outcome of that seed", /^Seed \d+: done, \d/.test(await outcome.first().getAttribute("title")), true);
+  forgive(/WebSocket connection to|ERR_CONNECTION_REFUSED/);
+}

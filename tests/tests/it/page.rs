@@ -380,6 +380,18 @@ fn lanes_tell_what_lasted_and_the_past_is_played() {
 
 #[test]
 #[ignore = "slow: .ci/long"]
+fn a_moment_that_is_looked_at_outlives_its_run() {
+    browse("earlier", &["cube", "--loop"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn a_running_task_that_lost_its_object_is_told() {
+    browse("told", &["cube", "--paused"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
 fn the_speed_of_a_running_cell_is_changed() {
     browse("speed", &["franka-stack", "--paused"]);
 }

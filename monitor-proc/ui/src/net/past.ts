@@ -8,9 +8,18 @@ export interface Span {
   epoch: number | null;
 }
 
+/** What is known of a run whose recorder has ended. */
+let known: Snapshot[] | null = null;
+
+/** From now on spans are of `snapshots`; of what the monitor records where they are null. */
+export function answerFrom(snapshots: Snapshot[] | null): void {
+  known = snapshots;
+}
+
 /** At most `count` snapshots of `span`; none where nothing of it is recorded. */
 export async function snapshotsOf(span: Span, count: number): Promise<Snapshot[]> {
   const { from_s, to_s, epoch } = span;
+  if (known !== null) return known.filter(({ time }) => time >= from_s && time <= to_s);
   const query = new URLSearchParams({ from_s: String(from_s), to_s: String(to_s), count: String(count) });
   if (epoch !== null) query.set("epoch", String(epoch));
   const answer = await fetch(`/api/past?${query}`).catch(() => null);

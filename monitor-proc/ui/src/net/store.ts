@@ -65,6 +65,8 @@ export class Store {
   scene: Scene | null = null;
   snapshot: Snapshot | null = null;
   status: Status | null = null;
+  /** What was told last about now, also while the past is shown. */
+  newest: Status | null = null;
   graphs: Graph[] = [];
   letters: string[] = [];
   edges: ({ from: number; to: number; label: string } | undefined)[] = [];
@@ -78,6 +80,8 @@ export class Store {
   lanes: Span[] = [];
   /** The moment of the past that is shown in the place of what is now. */
   past: Past | null = null;
+  /** The run of that moment has ended and another one began; `hasTask`: the state of the task is of the moment shown. */
+  earlier: { seed: number; hasTask: boolean } | null = null;
   /** How old what is known of guards and keys is. */
   readonly ages = new Ages(() => this.snapshot?.time ?? null, this);
 
@@ -216,9 +220,26 @@ export class Store {
 
   /** While the past is shown, task and equipment are as they were then. */
   private takeStatus(status: Status): void {
+    this.newest = status;
     const { task, equipment } = this.past ?? status;
     this.status = { ...status, task, equipment };
     this.emit("status", this.status);
+  }
+
+  /** Shows another moment of the earlier run: of it the page has the state of physics alone. */
+  showEarlier(snapshot: Snapshot): void {
+    if (this.past === null || this.earlier === null) return;
+    this.earlier.hasTask &&= snapshot.time === this.snapshot?.time;
+    this.past = { ...this.past, time_s: snapshot.time, story: [] };
+    this.snapshot = snapshot;
+    this.emit("snapshot", snapshot);
+    this.emit("moment", this.past);
+  }
+
+  /** Returns to now, which the monitor tells about. */
+  leaveEarlier(): void {
+    this.earlier = this.past = null;
+    this.emit("moment", null);
   }
 
   /** What the recorder has removed since the past is looked at is still there for this page. */
@@ -248,7 +269,7 @@ export class Store {
       if (message.t !== "graphs" || message.graphs.length > 0) this.take(message);
     }
     for (const index of this.graphs.keys()) this.emit("graph", index);
-    if (this.status !== null) this.takeStatus(this.status);
+    if (this.newest !== null) this.takeStatus(this.newest);
     this.emit("moment", past);
   }
 

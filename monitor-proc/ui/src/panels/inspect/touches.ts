@@ -1,6 +1,6 @@
 // What a body touches, with the force of each contact.
 import { nameOf, norm, touchesOf } from "../../net/contacts";
-import { type ContactBody, FLAG } from "../../net/snapshot";
+import { type ContactBody, FLAG, OBJECT } from "../../net/snapshot";
 import type { PanelContext } from "../context";
 import { el, setText, setTitle } from "../dom";
 import { list, type Row } from "./rows";
@@ -29,8 +29,11 @@ export function touchRows(context: PanelContext, body: ContactBody): Row {
       setTitle(line.node, `force ${list(touch.force, 2)} N (world frame), ${points}`);
     }
     const isPast = context.flag(FLAG.notLive);
+    const flags = body.kind === "object" ? (snapshot.objects[body.index]?.flags ?? 0) : 0;
+    // Physics computes no contacts of what rests and is not touched.
+    const without = (flags & OBJECT.asleep) !== 0 ? "at rest: no contact is computed" : "none";
     const more = touches.length > MOST ? `and ${touches.length - MOST} more` : "";
-    setText(none, isPast ? "not recorded" : touches.length === 0 ? "none" : more);
+    setText(none, isPast ? "not recorded" : touches.length === 0 ? without : more);
   };
   return { node, show };
 }

@@ -62,7 +62,7 @@ function show(
   const running = status.state === "running";
   const idle = running && status.rate_hz < 0.5;
   const fault = status.note.startsWith("fault: ");
-  setAttr(at.dot, "data-tone", running ? (idle || fault ? "warn" : "ok") : "bad");
+  setAttr(at.dot, "data-tone", running ? (fault ? "warn" : idle ? null : "ok") : "bad");
   setTitle(at.dot, fault ? status.note : idle ? "running, but no cycle in the last second" : status.state);
   setText(at.rate, running ? `${status.rate_hz.toFixed(0)} Hz` : status.state);
   setText(at.late, running && status.late_p99_us > 0 ? micros(status.late_p99_us) : "–");
@@ -76,10 +76,11 @@ function show(
   if (status.missed > 0) facts.push(status.missed === 1 ? "1 cycle missed" : `${status.missed} cycles missed`);
   if (status.rejected > 0) facts.push(`${status.rejected} rejected`);
   if (status.fenced > 0) facts.push(`${status.fenced} fenced`);
-  // A fault comes first: the line may be cut off at its end.
+  // A fault comes first, and all of it can be read.
   if (fault) facts.unshift(status.note);
   else if (status.note !== "") facts.push(status.note);
   setText(at.more, facts.join(" · "));
+  setAttr(at.more, "data-tone", fault ? "warn" : null);
   if (status.missed_why !== "") facts.push(`missed: ${status.missed_why}`);
   setTitle(at.more, `pid ${status.pid ?? "–"} · ${facts.join(" · ")}`);
   at.root.classList.toggle("silent", !running);

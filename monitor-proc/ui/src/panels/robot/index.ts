@@ -42,7 +42,16 @@ export function robotTab(context: PanelContext, act: Actions, jog: Jog): HTMLEle
     if (name !== null) setText(name, gripperIsClosed(context) ? "Open gripper" : "Close gripper");
   });
   choose();
-  return el("div", { class: "robot-tab column scroll" }, arms, body, targetForm(context), el("div", { class: "row" }, gripper), jogPanel(context, jog), sliders);
+  const [form, byHand] = [targetForm(context), [el("div", { class: "row" }, gripper), jogPanel(context, jog)]];
+  const root = el("div", { class: "robot-tab column scroll" }, arms, body, form, ...byHand, sliders);
+  let leads = false;
+  context.pulse.add(root, () => {
+    if (leads === (context.hand.refusal() === null)) return;
+    leads = !leads;
+    // What leads the arm comes first while it can; otherwise the state of the arm does.
+    (leads ? arms : form).after(...byHand);
+  });
+  return root;
 }
 
 /** Facts and joints of the selected arm. */

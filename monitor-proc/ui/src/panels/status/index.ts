@@ -1,5 +1,5 @@
 // The bar above the 3D view with the state of the cell; also in the title of the window.
-import { FLAG, OBJECT } from "../../net/snapshot";
+import { FLAG, isUnreachable, OBJECT } from "../../net/snapshot";
 import { button, type ButtonSpec } from "../button";
 import type { PanelContext } from "../context";
 import { el, setAttr, setText, setTitle } from "../dom";
@@ -37,7 +37,10 @@ export function mountStatus(context: PanelContext, host: HTMLElement): void {
     document.body.classList.toggle("stale", line.tone === "stale");
     document.title = titleOf(line, store.hello?.run.demo);
   };
-  context.pulse.add(null, show);
+  context.pulse.add(null, () => {
+    document.body.classList.toggle("no-task", store.earlier?.hasTask === false);
+    show();
+  });
   store.on("connection", show);
   show();
 }
@@ -72,14 +75,23 @@ function factsOf(context: PanelContext, heard_ms: number | null): Facts {
     shown_s,
     newest_s: Math.max(store.timeline?.to_s ?? 0, shown_s),
     past: context.flag(FLAG.notLive),
+    earlierSeed: store.earlier?.seed ?? null,
     paused: context.paused,
     pauseCause: pausedWhy(context),
     taskPaused: context.flag(FLAG.taskPaused),
     startEvent: scene?.start_event === true,
     held,
+    unreached: unreached(context),
     lost: objects.map(({ name }) => name),
     incidents: new Set(store.marked.flatMap(({ incident }) => incident ?? [])).size,
   };
+}
+
+/** Of a task that only follows a person's target: a job knows what to do about it. */
+function unreached({ snapshot, store: { scene } }: PanelContext): string {
+  if (scene?.task["kind"] !== "reach") return "";
+  const arm = snapshot?.arms.find(isUnreachable);
+  return arm === undefined ? "" : `target not reached (${arm.notReached ?? "unreachable"}), ${(1000 * arm.positionError).toFixed(0)} mm away`;
 }
 
 /** Simulated time at which the task failed (s). */

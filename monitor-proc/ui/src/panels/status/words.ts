@@ -20,6 +20,8 @@ export interface Facts {
   newest_s: number;
   /** Whether a moment of the past is shown. */
   past: boolean;
+  /** Seed of the run that this moment is of, where that run has ended and another one began. */
+  earlierSeed: number | null;
   paused: boolean;
   pauseCause: string;
   taskPaused: boolean;
@@ -27,6 +29,8 @@ export interface Facts {
   startEvent: boolean;
   /** What each arm holds, as a sentence without a subject where there is one arm. */
   held: string[];
+  /** What keeps an arm from the target that a person gave it; empty if nothing does. */
+  unreached: string;
   /** Names of objects that fell out of the cell. */
   lost: string[];
   incidents: number;
@@ -44,6 +48,8 @@ export interface Line {
   actions: Action[];
 }
 
+/** More names of objects do not fit. */
+const MOST_NAMES = 3;
 /** A monitor that restarts answers within this time (ms). */
 const RESTART_MS = 5000;
 
@@ -74,11 +80,12 @@ function connection({ connected, refused, hello, heard_ms, now_ms, ended }: Fact
 }
 
 /** A recording, or a moment of the past. */
-function source({ hello, past, shown_s, newest_s, incidents }: Facts): Line | null {
+function source({ hello, past, earlierSeed, shown_s, newest_s, incidents }: Facts): Line | null {
   if (hello?.live === false) {
     const count = incidents === 0 ? "" : `, ${incidents} ${incidents === 1 ? "incident" : "incidents"}`;
     return line("info", "Replay", `${hello.source ?? hello.run.demo}: ${shown_s.toFixed(1)} s of ${newest_s.toFixed(1)} s${count}`);
   }
+  if (past && earlierSeed !== null) return line("warn", "Past", `${shown_s.toFixed(2)} s of seed ${earlierSeed}, whose run has ended`);
   if (past) return line("warn", "Past", `${shown_s.toFixed(2)} s, ${Math.max(0, newest_s - shown_s).toFixed(1)} s before now`);
   return null;
 }
@@ -89,7 +96,7 @@ function clock({ paused, pauseCause, task }: Facts): Line | null {
   return line("warn", "Paused", pauseCause, "play");
 }
 
-function task({ task, taskPaused, startEvent, held, lost, paused }: Facts): Line {
+function task({ task, taskPaused, startEvent, held, unreached, lost, paused }: Facts): Line {
   if (task === null) return line("info", "Starting", "no decision of the task yet");
   if (task.outcome === "failed") return line("bad", "Failed", failed(task, lost), "again", "moment");
   if (taskPaused) return line("warn", "Task paused", "you lead the arm and the gripper", "resume");
@@ -98,16 +105,23 @@ function task({ task, taskPaused, startEvent, held, lost, paused }: Facts): Line
   if (startEvent && !task.started) return line("info", "Waiting", "for the start event", "start");
   if (task.wait !== "") return line("warn", "Waiting", task.wait);
   const phase = words(task.phase);
-  const objects = held.map((what) => ` · ${what}`).join("");
   if (idle) return line("info", "Idle", phase);
-  return line("ok", "Running", `${phase}${objects}`);
+  // A task that knows of no loss tries for ever.
+  const wrong = [...outside(lost), unreached].filter((what) => what !== "");
+  return line(wrong.length > 0 ? "warn" : "ok", "Running", [phase, ...held, ...wrong].join(" · "));
+}
+
+/** Names the objects that fell out of the cell, if any. */
+function outside(names: string[]): string[] {
+  if (names.length === 0) return [];
+  const more = names.length > MOST_NAMES ? ` and ${names.length - MOST_NAMES} more` : "";
+  return [`out of the cell: ${names.slice(0, MOST_NAMES).join(", ")}${more}`];
 }
 
 /** Why it failed; with the objects that are lost, where the reason names none of them. */
 function failed({ reason }: Status["task"], lost: string[]): string {
   const why = words(reason) || "no reason is known";
-  const names = lost.filter((name) => !reason.includes(name));
-  return names.length > 0 ? `${why} · out of the cell: ${names.join(", ")}` : why;
+  return [why, ...outside(lost.filter((name) => !reason.includes(name)))].join(" · ");
 }
 
 /** What a task that is done has done, and what went wrong on the way. */

@@ -23,6 +23,7 @@ export function eventLog(context: PanelContext): HTMLElement {
   const filter = el("input", { type: "search", placeholder: "filter", "aria-label": "Filter events" });
   const unwanted = new Set((localStorage.getItem(KEY) ?? "").split(" "));
   const hidden = el("span", { class: "dim" });
+  const empty = el("p", { class: "dim hint no-event" });
   const fits = (line: LogLine) =>
     !unwanted.has(kindOf(line)) && line.text.toLowerCase().includes(filter.value.trim().toLowerCase());
 
@@ -46,7 +47,9 @@ export function eventLog(context: PanelContext): HTMLElement {
     while (list.childElementCount > SHOWN) list.firstElementChild?.remove();
     const left = store.log.length - store.log.filter(fits).length;
     setText(hidden, left === 0 ? "" : `${left} hidden`);
-    follow();
+    setText(empty, list.childElementCount > 0 ? "" : left === 0 ? "No event yet." : "No event fits the filter.");
+    empty.hidden = empty.textContent === "";
+    context.pulse.measure(follow);
   };
   const rebuild = () => {
     list.replaceChildren();
@@ -86,7 +89,7 @@ export function eventLog(context: PanelContext): HTMLElement {
     else follow();
   });
   rebuild();
-  return el("div", { class: "events" }, el("div", { class: "row event-bar" }, filter, ...chips, hidden), list);
+  return el("div", { class: "events" }, el("div", { class: "row event-bar" }, filter, ...chips, hidden), empty, list);
 }
 
 /** One tab stop for all lines: the arrows go from one to the next. */

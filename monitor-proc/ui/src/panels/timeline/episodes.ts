@@ -27,11 +27,14 @@ export function episodes(context: PanelContext): HTMLElement {
   const root = el("div", { class: "episodes", hidden: true, role: "group", "aria-label": "Earlier runs" }, el("span", { class: "lane-name" }, "seeds"), list);
   let now: Episode | null = null;
   const past: Episode[] = [];
-  store.on("status", ({ task }) => {
-    const { hello, snapshot } = store;
-    if (hello?.live !== true || store.past !== null) return;
+  store.on("status", () => {
+    const { hello, newest, timeline } = store;
+    if (hello?.live !== true || newest === null) return;
     const { id, demo, seed } = hello.run;
-    now = { run: id, demo, seed, outcome: task.outcome, reason: task.reason, length_s: snapshot?.time ?? 0 };
+    // Also while the past is looked at: the status that is shown is that of then.
+    const { outcome, reason } = newest.task;
+    const shown_s = store.past === null ? (store.snapshot?.time ?? 0) : 0;
+    now = { run: id, demo, seed, outcome, reason, length_s: Math.max(shown_s, timeline?.to_s ?? 0) };
   });
   store.on("hello", ({ run }) => {
     if (now === null || now.run === run.id) return;

@@ -148,6 +148,8 @@ export function mountTimeline(context: PanelContext, host: HTMLElement): void {
     lanes.root,
     el("div", { class: "legend dim" }, ...legend),
   );
+  // Of a recording only the loop is left of it.
+  store.on("hello", (hello) => (hello.live ? to.after(play.root) : live.append(play.root)));
   show();
 }
 

@@ -17,7 +17,8 @@ export function machineView(place: Place): GraphView {
   const drawing = new MachineDrawing(place);
   const table = liveTable(place.context.store, place.at, place.graph);
   const below = el("div", { class: "table-box scroll", tabindex: 0, role: "region", "aria-label": `Table of ${place.graph.name}` }, table.root);
-  const shown = { graph: [drawing.root], table: [below] }[machineMode.name] ?? [drawing.root, below];
+  const both = place.graph.edges.length > 0 ? [drawing.root, below] : [drawing.root];
+  const shown = { graph: [drawing.root], table: [below] }[machineMode.name] ?? both;
   return {
     root: el("div", { class: `machine-pane ${machineMode.name}` }, ...shown),
     show: () => {
@@ -75,7 +76,9 @@ class MachineDrawing {
   /** Keeps the active state in sight. */
   follow(): void {
     const letters = this.place.context.store.letters[this.place.at] ?? "";
-    const active = this.laid.nodes.findIndex((_, index) => letters[index] === "R" && this.laid.holds[index] !== true);
+    const at = (letter: string) => this.laid.nodes.findIndex((_, index) => letters[index] === letter && this.laid.holds[index] !== true);
+    // The last state of a job that is over runs no more.
+    const active = at("R") >= 0 ? at("R") : at("S");
     const box = this.laid.nodes[active];
     if (box !== undefined) this.viewport.watch(box.x, box.y);
   }

@@ -2,11 +2,15 @@
 import type { Span } from "../../../net/protocol";
 import type { Store } from "../../../net/store";
 import type { PanelContext } from "../../context";
-import { el, setAttr, setTitle } from "../../dom";
+import { el, setAttr, setText, setTitle } from "../../dom";
 import { words } from "../../format";
 import { phaseHue } from "../../phase-hue";
 
 const SHOWN_S = 60;
+/** A minute is some hundred pixels wide: it moves by less than one in this time (s). */
+const STEP_S = 0.2;
+/** Shorter spans have no room for their name (s). */
+const NAMED_S = 6;
 
 interface Drawn {
   span: Span;
@@ -41,7 +45,7 @@ export function stateStrip(context: PanelContext): Strip {
       ...lanes.map((lane) => {
         const recent = ended(store, lane).filter(({ span, to_s }) => span.label !== "" && to_s > now - 2 * SHOWN_S);
         const spans = recent.map(({ span, to_s }) => {
-          const node = el("span", { class: "state-span" }, words(span.label));
+          const node = el("span", { class: "state-span" });
           node.style.setProperty("--hue", String(phaseHue(span.label)));
           drawn.push({ span, to_s, node });
           return node;
@@ -56,7 +60,7 @@ export function stateStrip(context: PanelContext): Strip {
   const show = () => {
     const now = store.snapshot?.time ?? 0;
     const isNew = known !== store.lanes;
-    if (!isNew && now === shown) return;
+    if (!isNew && Math.abs(now - shown) < STEP_S) return;
     // Older spans are drawn only when the past is looked at.
     if (isNew || Math.abs(now - shown) > SHOWN_S) build(now);
     shown = now;
@@ -85,6 +89,7 @@ function place(drawn: Drawn[], now: number): void {
     node.style.left = `${left}%`;
     node.style.width = `${right - left}%`;
     const end = to_s > now ? now : to_s;
+    setText(node, end - Math.max(span.from_s, now - SHOWN_S) < NAMED_S ? "" : words(span.label));
     setTitle(node, `${span.label}: ${span.from_s.toFixed(2)} s to ${end.toFixed(2)} s (${(end - span.from_s).toFixed(1)} s)`);
   }
 }

@@ -1,0 +1,87 @@
+// The moment of the past that a person looks at outlives its run: `--loop` starts the next seed by itself, and the
+// monitor with the recorder of the earlier one ends. The page then shows what it has until the person returns to now.
+import { answerFrom, snapshotsOf } from "./past";
+import type { Ack, Command, TextMessage } from "./protocol";
+import type { Snapshot } from "./snapshot";
+import type { Store } from "./store";
+
+/** Largest number of snapshots, and longest span, that the monitor reads at once. */
+const READ_SAMPLES = 1000;
+const READ_S = 600;
+/** Another scene that was asked for is there, or was refused, after this time (ms). */
+const LOADED_MS = 2000;
+/** The monitor refuses a second reader: it is asked again after this time (ms). */
+const AGAIN_MS = 500;
+
+export class Earlier {
+  /** Snapshots of the run that is looked at, oldest first. */
+  private snapshots: Snapshot[] = [];
+  /** The run that `snapshots` are of, or were asked for. */
+  private run: string | null = null;
+
+  /** `reconnect` has the monitor tell everything about now. */
+  constructor(
+    private readonly store: Store,
+    private readonly reconnect: () => void,
+  ) {
+    store.on("status", () => this.prepare());
+    store.on("moment", () => this.prepare());
+  }
+
+  /** Whether `data` is of a later run than the one that is looked at, and not for the page. */
+  hides(data: ArrayBuffer | TextMessage): boolean {
+    const { store } = this;
+    if (store.earlier !== null) return data instanceof ArrayBuffer || data.t !== "ack";
+    if (data instanceof ArrayBuffer || data.t !== "hello" || store.past === null) return false;
+    const { hello } = store;
+    if (hello === null || !hello.live || hello.run.id === data.run.id) return false;
+    store.earlier = { seed: hello.run.seed, hasTask: true };
+    answerFrom(this.snapshots);
+    store.emit("connection", true);
+    return true;
+  }
+
+  /** The answer to a command that is about the earlier run; null where it is about another one. */
+  answer(command: Command): Ack | null {
+    const { store } = this;
+    if (store.earlier === null) return null;
+    const ack = (ok: boolean, message = ""): Ack => ({ id: 0, ok, tick: null, message });
+    if (command.do === "load") this.leave(LOADED_MS);
+    if (command.do !== "seek") return null;
+    if (command.time_s === null) {
+      this.leave(0);
+      return ack(true);
+    }
+    const wanted = command.time_s;
+    const away = ({ time }: Snapshot) => Math.abs(time - wanted);
+    const nearest = this.snapshots.reduce<Snapshot | null>((one, other) => (one === null || away(other) < away(one) ? other : one), null);
+    if (nearest === null) return ack(false, "the run has ended, and the page has no other moment of it");
+    store.showEarlier(nearest);
+    return ack(true);
+  }
+
+  /** Reads the whole run when its task has ended: the next one may begin some seconds later. */
+  private prepare(): void {
+    const { store } = this;
+    const { past, hello, newest, timeline } = store;
+    if (store.earlier !== null || past === null || hello?.live !== true || timeline === null) return;
+    const isOver = newest?.task.outcome === "done" || newest?.task.outcome === "failed";
+    if (!isOver || this.run === hello.run.id) return;
+    this.run = hello.run.id;
+    this.snapshots = [];
+    const { from_s, to_s } = timeline;
+    void snapshotsOf({ from_s: Math.max(from_s, to_s - READ_S), to_s, epoch: null }, READ_SAMPLES).then((snapshots) => {
+      if (this.run !== hello.run.id) return;
+      if (snapshots.length > 0) this.snapshots = snapshots;
+      else setTimeout(() => (this.run = null), AGAIN_MS);
+    });
+  }
+
+  private leave(after_ms: number): void {
+    this.store.leaveEarlier();
+    answerFrom(null);
+    this.snapshots = [];
+    this.run = null;
+    setTimeout(this.reconnect, after_ms);
+  }
+}
