@@ -77,6 +77,23 @@ export async function jog(test) {
   same("the target after the button is released", await look(where), stopped);
 }
 
+/** What is held is brought above another object, and down onto it. */
+async function placed(test) {
+  const { page, look, near } = test;
+  const cubes = () => look((r) => ["red_cube", "blue_cube"].map((name) => r.store.snapshot.objects[r.store.scene.objects.findIndex((one) => one.name === name)].pose.slice(0, 3)));
+  const raised = ([x, y, z], by) => [x, y, z + by];
+  const SIDE_M = 0.05;
+  await page.locator('.tree-row[data-name="blue_cube"]').click();
+  await page.getByRole("button", { name: "Above", exact: true }).click();
+  await rest(test);
+  const [above, below] = await cubes();
+  near("the cube that is held", above, raised(below, 0.1 + SIDE_M), 0.004);
+  await page.getByRole("button", { name: "Place", exact: true }).click();
+  await rest(test);
+  const [on, under] = await cubes();
+  near("the cube that is set down", on, raised(under, SIDE_M), 0.004);
+}
+
 /** Above, Approach and the gripper take an object; every outcome is said. */
 export async function grasp(test) {
   const { page, look, until, press, near } = test;
@@ -111,7 +128,12 @@ export async function grasp(test) {
   await fields.getByRole("button", { name: "Go", exact: true }).click();
   await until("the cube is lifted", (r) => r.store.snapshot.arms[0].held !== null && r.store.snapshot.arms[0].tcp[2] > 0.18);
   await rest(test);
-  // Into the table: the cube is pressed on it with no more than the limit.
+  await placed(test);
+  await fields.getByLabel("z", { exact: true }).fill("0.2");
+  await fields.getByRole("button", { name: "Go", exact: true }).click();
+  await until("the cube is lifted again", (r) => r.store.snapshot.arms[0].held !== null && r.store.snapshot.arms[0].tcp[2] > 0.18);
+  await rest(test);
+  // Into the table, or the other cube: it is pressed on it with no more than the limit.
   await fields.getByLabel("z", { exact: true }).fill("-0.1");
   await fields.getByRole("button", { name: "Go", exact: true }).click();
   await said("stopped at a contact");

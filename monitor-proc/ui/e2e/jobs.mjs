@@ -60,6 +60,11 @@ export async function load({ page, look, until, press, robocell }) {
   robocell("task", "start");
   await page.getByRole("tab").last().click();
   const chart = `document.querySelector(".load-chart").load`;
+  await until("the load is written beside the cup", (r) => {
+    const label = document.querySelector("#view .label.load");
+    const gap_px = label === null ? 0 : label.getBoundingClientRect().left - r.view.screenOf("tool")[0];
+    return gap_px > 10 && gap_px < 45;
+  });
   await until("the grip broke", (r) => r.store.log.some(({ mark }) => mark === "break"));
   await page.locator('.marks i[data-mark="break"]').first().waitFor({ state: "attached" });
   await until("the break is marked", `(r) => ${chart}.breaks() > 0`);

@@ -74,6 +74,24 @@ export function topOf(shape: Shape, pose: Pose): number {
   return halfExtent(shape, new Vector3(0, 0, 1).applyQuaternion(rotationOf(pose).invert()));
 }
 
+/** A body and where it is. */
+export interface Placed {
+  shape: Shape;
+  pose: Pose;
+}
+
+/** From the middle of `below` to that of `held` where it is `gap_m` above it (m, along z). */
+function heightOver(held: Placed, below: Placed, gap_m: number): number {
+  const down = DOWN.clone().applyQuaternion(rotationOf(held.pose).invert());
+  return topOf(below.shape, below.pose) + gap_m + halfExtent(held.shape, down);
+}
+
+/** The tool, turned as it is, where the object that it holds is in the middle over another one, `gap_m` above it. */
+export function over(tool: Pose, held: Placed, below: Placed, gap_m: number): Pose {
+  const goal = placeOf(below.pose).add({ x: 0, y: 0, z: heightOver(held, below, gap_m) });
+  return poseOf(placeOf(tool).add(goal).sub(placeOf(held.pose)), rotationOf(tool));
+}
+
 /** Directions of an object's level sides, from the world's x axis (rad). */
 function sideAngle(pose: Pose): number {
   const turn = rotationOf(pose);

@@ -29,16 +29,22 @@ export function button(context: PanelContext, spec: ButtonSpec): HTMLButtonEleme
   const name = label === undefined ? null : el("span", {}, label);
   if (name !== null) node.append(name);
   const why = () => spec.why?.() ?? null;
+  let before = "";
   const refresh = () => {
-    const reason = why();
-    setAttr(node, "aria-disabled", reason === null ? null : "true");
-    if (spec.name !== undefined && name !== null) setText(name, spec.name());
-    if (spec.primary !== undefined) node.classList.toggle("primary", spec.primary());
-    const twin = spec.twin();
-    const lines = [spec.about(), twin === null ? "" : `$ ${context.onCell(twin)}`];
+    const [reason, about, twin] = [why(), spec.about(), spec.twin()];
+    const [text, primary] = [spec.name?.(), spec.primary?.()];
+    const lines = [about, twin === null ? "" : `$ ${context.onCell(twin)}`];
     if (reason !== null) lines.push(`Not now: ${reason}`);
-    setTitle(node, lines.filter((line) => line !== "").join("\n"));
-    if (label === undefined) setAttr(node, "aria-label", spec.about());
+    const title = lines.filter((line) => line !== "").join("\n");
+    // A hundred buttons ten times a second: to ask the page what they show takes longer.
+    const now = `${reason} ${text} ${primary} ${title}`;
+    if (now === before) return;
+    before = now;
+    setAttr(node, "aria-disabled", reason === null ? null : "true");
+    if (text !== undefined && name !== null) setText(name, text);
+    if (primary !== undefined) node.classList.toggle("primary", primary);
+    setTitle(node, title);
+    if (label === undefined) setAttr(node, "aria-label", about);
   };
   node.addEventListener("click", (event) => {
     // After a mouse's click, Space is play and pause again.

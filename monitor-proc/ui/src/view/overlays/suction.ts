@@ -14,7 +14,7 @@ const TONES: [number, number, string][] = [
   [0.5, 0xf0a53a, "near"],
   [0, 0x3f9d6b, ""],
 ];
-/** Beside the cup, which it does not cover (the style sheet shifts it). */
+/** Beside the cup, which it does not cover. */
 const ABOVE_M = 0.05;
 const RING_AXIS = new Vector3(0, 0, 1);
 

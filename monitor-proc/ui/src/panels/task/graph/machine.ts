@@ -27,7 +27,7 @@ export function machineView(place: Place): GraphView {
     },
     follow: () => {
       drawing.follow();
-      table.follow();
+      place.context.pulse.measure(table.follow);
     },
     mark: (found) => drawing.mark(found),
     select: (node) => drawing.select(node),

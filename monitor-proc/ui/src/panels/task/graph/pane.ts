@@ -97,10 +97,6 @@ export function graphPane(context: PanelContext, choice: GraphChoice, onNode: (n
   };
   choice.on(draw);
   pane.listen(root, draw);
-  // A person who reads is not led away.
-  const follow = () => {
-    if (!root.matches(":hover, :focus-within")) pane.view?.follow();
-  };
   let changed = false;
   context.store.on("graph", (index) => {
     if (index === choice.index) changed = true;
@@ -109,7 +105,8 @@ export function graphPane(context: PanelContext, choice: GraphChoice, onNode: (n
     if (!changed) return;
     changed = false;
     pane.show();
-    context.pulse.measure(follow);
+    // A person who reads is not led away.
+    if (!root.matches(":hover, :focus-within")) pane.view?.follow();
   });
   draw();
   return root;
