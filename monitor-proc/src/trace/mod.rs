@@ -181,7 +181,8 @@ impl TraceModel {
         // A transition is two lines: one state is left, another is entered.
         if letter != b'R' && before == b'R' {
             picture.left = Some(node);
-        } else if letter == b'R'
+        // The last state of a job has succeeded, or failed, as soon as it is entered.
+        } else if letter != b'I'
             && let Some(from) = picture.left.take()
         {
             picture.taken = Some(picture.edge_taken(from, node, reason));

@@ -42,6 +42,18 @@ fn a_machine_shows_the_way_it_took() {
     assert!(trace.take_changes().is_empty());
 }
 
+#[test]
+fn the_way_into_the_last_state_is_shown() {
+    for ended in [2, 3] {
+        let mut trace = machine();
+        trace.take(&line(TraceKind::Statuses, 0, 0, 0, "R-"));
+        trace.take(&line(TraceKind::Status, 0, 1, 0, "push"));
+        trace.take(&line(TraceKind::Status, 1, 0, ended, "push"));
+        let edge = trace.take_changes().into_iter().find(|m| m["t"] == "edge");
+        assert_eq!(edge.expect("an edge")["to"], 1, "status {ended}");
+    }
+}
+
 /// A machine with four edges from one state to the other.
 fn doors() -> TraceModel {
     let mut trace = machine();
