@@ -11,6 +11,7 @@ use crate::cli_common::{CellArgs, DataArgs, JobArgs, SceneArgs};
 use crate::cli_page::PageArgs;
 use crate::cli_robot::RobotArgs;
 use crate::cli_run::RunArgs;
+use crate::cli_server::ServerArgs;
 use crate::cli_values::{seconds, seed};
 
 /// `robocell camera`.
@@ -75,6 +76,9 @@ impl CameraArgs {
             },
             paused: false,
             set: self.set.clone(),
+            latency_ms: None,
+            fault: None,
+            server: ServerArgs::default(),
             robot: self.robot.clone(),
             json: false,
             no_watchdog: false,

@@ -3,11 +3,13 @@
 use std::path::PathBuf;
 
 use cell_model::cells::sweep::{Bounds, Values};
+use cell_model::runs::policy_server::Fault;
 use clap::{Args, Subcommand};
 use evaluation::shard::Shard;
 
 use crate::cli_common::{DataArgs, JobArgs};
 use crate::cli_robot::RobotArgs;
+use crate::cli_server::{ServerArgs, latency};
 use crate::cli_values::{count, seed_range, share};
 
 /// `robocell eval`.
@@ -39,6 +41,17 @@ pub struct EvalArgs {
     /// Record the decisions of each episode, and a state for each action, to this directory
     #[arg(long, value_name = "DIR", requires = "rate")]
     pub record: Option<PathBuf>,
+    /// Simulated time from an observation to its actions, of a policy behind a socket; of several
+    /// each is run with every seed (ms)
+    #[arg(long, value_name = "MS[,MS..]", value_delimiter = ',', requires = "policy", value_parser = latency)]
+    pub latency_ms: Vec<u32>,
+    /// Fault of the observations of a policy behind a socket: drop@FROM..TO, late:MS@FROM..TO or
+    /// move:CAMERA:X,Y,Z@FROM..TO, in ticks and m; each is run with every seed, as is none
+    #[arg(long, value_name = "FAULT", requires = "policy", value_parser = str::parse::<Fault>)]
+    pub fault: Vec<Fault>,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub server: ServerArgs,
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
     pub episodes: EpisodeArgs,
@@ -51,7 +64,7 @@ pub struct EvalArgs {
 /// The options of every episode.
 #[derive(Clone, Debug, Args)]
 pub struct EpisodeArgs {
-    /// Policy of the task [default: that of the demo]
+    /// Policy of the task, or the address of a policy server, as ws://127.0.0.1:8765 [default: that of the demo]
     #[arg(long, value_name = "P")]
     pub policy: Option<String>,
     /// Runs at the same time

@@ -3,11 +3,13 @@
 use std::path::PathBuf;
 
 use cell_model::cells::setting::Setting;
+use cell_model::runs::policy_server::Fault;
 use clap::Args;
 
 use crate::cli_common::{CellArgs, DataArgs, JobArgs, SceneArgs};
 use crate::cli_page::PageArgs;
 use crate::cli_robot::RobotArgs;
+use crate::cli_server::{ServerArgs, latency};
 
 /// `robocell run`.
 #[derive(Clone, Debug, Args)]
@@ -51,6 +53,16 @@ pub struct RunArgs {
     /// Number in place of that of the cell file, as `task.timeout_s=4`; may be repeated
     #[arg(long, value_name = "KEY=V", value_parser = str::parse::<Setting>)]
     pub set: Vec<Setting>,
+    /// Simulated time from an observation to its actions, of a policy behind a socket (ms)
+    #[arg(long, value_name = "MS", requires = "policy", value_parser = latency)]
+    pub latency_ms: Option<u32>,
+    /// Fault of the observations of a policy behind a socket: drop@FROM..TO, late:MS@FROM..TO or
+    /// move:CAMERA:X,Y,Z@FROM..TO, in ticks and m
+    #[arg(long, value_name = "FAULT", requires = "policy", value_parser = str::parse::<Fault>)]
+    pub fault: Option<Fault>,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub server: ServerArgs,
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
     pub robot: RobotArgs,

@@ -6,13 +6,16 @@ mod page;
 use std::path::{Path, PathBuf};
 
 use cell_model::cells::sweep::{Bounds, Values};
+use cell_model::runs::policy_server::{Fault, is_address};
 use cell_model::runs::python;
 use cell_model::user_file;
 use evaluation::report::{Gate, Reports, report};
 use supervisor::failure::{Code, Context as _, Failure};
 
 use crate::cli::{BisectArgs, EpisodeArgs, EvalArgs, EvalVerb, ReportRowsArgs};
+use crate::cli_server::ServerArgs;
 use crate::run::plan;
+use crate::run::plan::server::not_for;
 use crate::{say, task_program};
 
 /// Does what the arguments say.
@@ -32,6 +35,24 @@ fn run_seeds(args: &EvalArgs) -> Result<(), Failure> {
     let mut order = Order::of(&args.episodes, demo, args.seeds.unwrap_or_default())?;
     order.add("--rate", args.rate.map(|rate| rate.to_string()));
     order.add("--record", args.record.as_deref().map(path));
+    let ServerArgs {
+        names,
+        keep_answers,
+        answers,
+    } = &args.server;
+    let policy = args.episodes.policy.as_deref().unwrap_or("the default");
+    let is_given = names.is_some() || keep_answers.is_some() || answers.is_some();
+    if !is_address(policy) {
+        not_for(
+            policy,
+            is_given || !args.latency_ms.is_empty() || !args.fault.is_empty(),
+        )?;
+    }
+    order.add("--latency-ms", args.latency_ms.iter().map(u32::to_string));
+    order.add("--fault", args.fault.iter().map(Fault::to_string));
+    order.add("--names", names.as_deref().map(path));
+    order.add("--keep-answers", keep_answers.as_deref().map(path));
+    order.add("--answers", answers.as_deref().map(path));
     if let Some(out) = &args.out {
         order.add("--out", Some(path(out)));
         order.add("--shard", Some(args.shard.to_string()));

@@ -17,6 +17,7 @@ mod cli_operate;
 mod cli_page;
 mod cli_robot;
 mod cli_run;
+mod cli_server;
 mod cli_status;
 mod cli_values;
 mod client;

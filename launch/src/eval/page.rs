@@ -125,7 +125,8 @@ fn failed(out: &mut String, report: &Report, episodes: &Episodes) {
         let set: Vec<String> = set
             .flat_map(|one| ["--set".to_owned(), one.to_string()])
             .collect();
-        let given = options.iter().chain(&set).map(String::as_str);
+        let given = options.iter().chain(&set).chain(&failed.server);
+        let given = given.map(String::as_str);
         let command: Vec<String> = run.chain(given).map(quoted_word).collect();
         let message = failed.message.as_deref().unwrap_or_default();
         // The row of an episode that could not run has its sentence as the reason.

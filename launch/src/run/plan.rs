@@ -4,6 +4,7 @@ pub(crate) mod cell;
 mod inputs;
 pub(crate) mod paths;
 pub(crate) mod policy;
+pub(crate) mod server;
 
 use std::fs;
 use std::io::Read;
@@ -65,6 +66,7 @@ fn with_page(args: &RunArgs, page: Option<Page>) -> Result<Plan, Failure> {
         set: args.set.clone(),
         replace: inputs.replace,
         action_hz: None,
+        policy_server: inputs.policy_server,
         until_done: args.until_done,
         time_limit_s: limit,
         real_time: args.scene.speed == Speed::RealTime,

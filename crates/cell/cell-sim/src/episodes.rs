@@ -13,6 +13,7 @@ use std::time::{Duration, Instant};
 use cell_model::cells::axis::Axis;
 use cell_model::cells::setting::Setting;
 use cell_model::cells::sweep::{Bounds, Case, Cases, Sweep};
+use cell_model::runs::policy_server::PolicyServer;
 use cell_model::runs::spec::RunSpec;
 use cell_model::runs::summary::{RunOutcome, RunSummary};
 
@@ -90,8 +91,11 @@ impl Episodes<'_> {
         // The case is applied to a copy, so that no setting of one episode reaches the next.
         spec.seed = case.seed;
         spec.set.extend(case.settings());
-        let name = recording_name(case.seed, case.variant);
-        spec.record.file = self.record.map(|dir| dir.join(name));
+        let name = episode_name(case.seed, case.variant);
+        spec.record.file = self
+            .record
+            .map(|dir| dir.join(recording_name(case.seed, case.variant)));
+        spec.policy_server = server_of(spec.policy_server, &case, &name);
         let mut warnings = Vec::new();
         let run = || {
             to_the_end_unless(self.program, &spec, stop, |said| {
@@ -118,12 +122,30 @@ impl Episodes<'_> {
     }
 }
 
+/// Name of an episode in names of files.
+pub fn episode_name(seed: u64, variant: u32) -> String {
+    match variant {
+        0 => format!("seed-{seed}"),
+        variant => format!("seed-{seed}-variant-{variant}"),
+    }
+}
+
 /// Name of the file with the recording of an episode.
 pub fn recording_name(seed: u64, variant: u32) -> String {
-    match variant {
-        0 => format!("seed-{seed}.mcap"),
-        variant => format!("seed-{seed}-variant-{variant}.mcap"),
+    format!("{}.mcap", episode_name(seed, variant))
+}
+
+/// The use of a policy server in an episode; `None` where neither the run nor the case has one.
+fn server_of(server: Option<PolicyServer>, case: &Case, name: &str) -> Option<PolicyServer> {
+    let server = server.map(|server| server.of_episode(name));
+    if case.latency_ms.is_none() && case.fault.is_none() {
+        return server;
     }
+    Some(PolicyServer {
+        latency_ms: case.latency_ms.unwrap_or_default(),
+        fault: case.fault.clone(),
+        ..server.unwrap_or_default()
+    })
 }
 
 fn message(panic: &(dyn Any + Send)) -> &str {
@@ -139,7 +161,12 @@ fn message(panic: &(dyn Any + Send)) -> &str {
 /// Returns an error if the first episode cannot start.
 pub fn files(program: &Program, spec: &RunSpec) -> Result<BTreeMap<String, String>, SimError> {
     let (data, log) = spec.data(&program.data).logged();
-    let cell = spec.load_cell_of(&data)?;
+    let mut cell = spec.load_cell_of(&data)?;
+    if cell.policy_server.is_some() {
+        // What is wrong with its use is said here; the first decision asks no server.
+        program.policies.task(&cell, &spec.policy)?;
+        cell.policy_server = None;
+    }
     // The task reads more files while it is set up. A scene that cannot be set up may depend on
     // the seed, so it is not an error here: each episode reports its own.
     match OneProcess::with(&program.policies, &program.controllers, spec, cell) {

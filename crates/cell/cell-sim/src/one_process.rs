@@ -198,6 +198,7 @@ impl OneProcess {
         let summary = RunSummary::new(&facts, &self.state, &self.decision);
         RunSummary {
             script_replies: self.plant.script_replies().to_vec(),
+            policy_server: self.decider.task.server_report(),
             ..summary.with_message(self.message.text())
         }
     }
@@ -330,6 +331,7 @@ impl OneProcess {
         // by it which task it obeys.
         self.decision.header.generation = self.task_restarts + 1;
         self.decided = true;
+        self.warnings.extend(self.decider.task.take_warnings());
         self.message
             .update(self.decider.task.message(), self.decider.task.has_failed());
         self.trace.extend(

@@ -52,6 +52,12 @@ pub struct Times {
 pub struct Variant {
     /// The values, by the keys of the cell file.
     pub set: BTreeMap<String, Number>,
+    /// Latency of the policy server (ms).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub latency_ms: Option<u32>,
+    /// Fault of its observations.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fault: Option<String>,
     /// Episodes.
     pub episodes: u64,
     /// Of these, those that ended done.
@@ -137,6 +143,8 @@ pub struct Failed {
     pub key: Key,
     /// What it had in place of numbers of the cell file.
     pub settings: Vec<Setting>,
+    /// Options of `robocell run` for its policy server.
+    pub server: Vec<String>,
     /// How it ended, and why if that is known.
     pub reason: String,
     /// The reason, or the newest fault, in a sentence.
@@ -166,6 +174,7 @@ pub fn episodes(path: &Path) -> Result<Episodes, EvaluationError> {
     let failed = failed.map(|row| Failed {
         key: row.key(),
         settings: settings(&row.set).chain(settings(&row.drawn)).collect(),
+        server: server_options(row),
         reason: row.reason(),
         message: row.message.clone(),
         sim_time_s: row.sim_time_s,
@@ -205,6 +214,14 @@ fn settings(numbers: &BTreeMap<String, Number>) -> impl Iterator<Item = Setting>
         key: key.clone(),
         value: value.clone(),
     })
+}
+
+fn server_options(row: &Short) -> Vec<String> {
+    let latency = row
+        .latency_ms
+        .map(|ms| ["--latency-ms".to_owned(), ms.to_string()]);
+    let fault = row.fault.clone().map(|fault| ["--fault".to_owned(), fault]);
+    latency.into_iter().chain(fault).flatten().collect()
 }
 
 /// Episodes, those that ended done, and how often they did.
@@ -259,6 +276,8 @@ fn variants(rows: &[Short]) -> Vec<Variant> {
         let (episodes, done, success) = success(rows.iter().copied());
         Variant {
             set: rows.first().map(|row| row.set.clone()).unwrap_or_default(),
+            latency_ms: rows.first().and_then(|row| row.latency_ms),
+            fault: rows.first().and_then(|row| row.fault.clone()),
             episodes,
             done,
             success,

@@ -53,6 +53,12 @@ impl fmt::Display for Variant {
         for (key, value) in &self.set {
             write!(f, "{key}={value} ")?;
         }
+        if let Some(latency_ms) = self.latency_ms {
+            write!(f, "latency {latency_ms} ms ")?;
+        }
+        if let Some(fault) = &self.fault {
+            write!(f, "fault {fault} ")?;
+        }
         write!(
             f,
             " {} of {}: {:.2} % (95 %: {:.2} to {:.2} %)",

@@ -68,6 +68,21 @@ pub struct Row {
     /// What was drawn for the seed, with `--vary`.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub drawn: BTreeMap<String, Number>,
+    /// Of a policy behind a socket: simulated time from an observation to its actions (ms).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub latency_ms: Option<u32>,
+    /// Fault of its observations; not there without.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fault: Option<String>,
+    /// Answers that were asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub requests: Option<u64>,
+    /// Steps in which an arm held or repeated the last action of an answer.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stale_steps: Option<u64>,
+    /// Hash of all answers, 16 hexadecimal digits.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub answers: Option<String>,
     /// How it ended.
     pub outcome: RowOutcome,
     /// Why it did not end done, if that is known.
@@ -125,6 +140,7 @@ impl Row {
             RunOutcome::Failed => RowOutcome::Failed,
             RunOutcome::Timeout | RunOutcome::Stopped => RowOutcome::Timeout,
         };
+        let server = summary.policy_server.as_ref();
         Self {
             demo: summary.demo.clone(),
             policy: summary.policy.clone(),
@@ -134,6 +150,11 @@ impl Row {
             variant: case.variant,
             set: by_key(&case.set),
             drawn: by_key(&case.drawn),
+            latency_ms: server.map(|server| server.latency_ms),
+            fault: server.and_then(|server| server.fault.clone()),
+            requests: server.map(|server| server.requests),
+            stale_steps: server.map(|server| server.stale_steps),
+            answers: server.map(|server| server.answers.clone()),
             outcome,
             reason: summary.reason.clone(),
             message: summary.message.clone(),
@@ -169,6 +190,11 @@ impl Row {
             variant: case.variant,
             set: by_key(&case.set),
             drawn: by_key(&case.drawn),
+            latency_ms: case.latency_ms,
+            fault: case.fault.as_ref().map(ToString::to_string),
+            requests: None,
+            stale_steps: None,
+            answers: None,
             outcome: RowOutcome::Error,
             message: Some(reason.clone()),
             reason: Some(reason),

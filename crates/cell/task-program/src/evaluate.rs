@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use cell_model::cells::replace::of_arguments;
 use cell_model::cells::setting::{Setting, by_key};
 use cell_model::cells::sweep::{Bounds, Case, Sweep, Values};
+use cell_model::runs::policy_server::{Fault, PolicyServer, is_address, read_names};
 use cell_model::runs::report;
 use cell_model::runs::spec::RunSpec;
 use cell_model::runs::summary::RunSummary;
@@ -78,6 +79,21 @@ pub(crate) struct EvalArgs {
     /// Rate of the actions (Hz).
     #[arg(long)]
     pub(crate) rate: Option<u32>,
+    /// Latencies of a policy server (ms).
+    #[arg(long)]
+    pub(crate) latency_ms: Vec<u32>,
+    /// Faults of its observations.
+    #[arg(long)]
+    pub(crate) fault: Vec<Fault>,
+    /// File with the names of its observations.
+    #[arg(long)]
+    pub(crate) names: Option<PathBuf>,
+    /// Folder for its answers.
+    #[arg(long)]
+    pub(crate) keep_answers: Option<PathBuf>,
+    /// Folder with answers in its place.
+    #[arg(long)]
+    pub(crate) answers: Option<PathBuf>,
     /// Folder for recordings of all episodes.
     #[arg(long)]
     pub(crate) record: Option<PathBuf>,
@@ -126,6 +142,8 @@ impl EvalArgs {
             ("--timeout", self.timeout.map(|limit| limit.to_string())),
             ("--bins", self.bins.map(|bins| bins.to_string())),
             ("--task", self.named_task.clone()),
+            ("--names", self.names.as_ref().map(path)),
+            ("--answers", self.answers.as_ref().map(path)),
         ];
         let replace = self
             .replace
@@ -210,6 +228,7 @@ fn plan(
     // A wrong rate is refused here, not by each episode.
     args.rate.map(Hold::new).transpose()?;
     spec.action_hz = args.rate;
+    spec.policy_server = server(args)?;
     let cell = spec.load_cell_from(&program.data)?;
     if let Some(path) = &args.script {
         spec.script = run::script(path, &cell)?;
@@ -226,6 +245,8 @@ fn plan(
     let sweep = Sweep {
         set: args.set.clone(),
         vary: args.vary.clone(),
+        latencies_ms: args.latency_ms.clone(),
+        faults: args.fault.clone(),
     };
     Ok(eval::Plan {
         cases: episodes::cases(program, &spec, sweep)?,
@@ -234,6 +255,20 @@ fn plan(
         jobs: args.jobs,
         record: args.record.clone(),
     })
+}
+
+/// The use of a policy server, for all episodes.
+fn server(args: &EvalArgs) -> Result<Option<PolicyServer>, SimError> {
+    if !args.policy.as_deref().is_some_and(is_address) {
+        return Ok(None);
+    }
+    let names = args.names.as_deref().map(read_names).transpose()?;
+    Ok(Some(PolicyServer {
+        names: names.unwrap_or_default(),
+        keep: args.keep_answers.clone(),
+        answers: args.answers.clone(),
+        ..PolicyServer::default()
+    }))
 }
 
 /// Prints the warnings that `run` has about the same files, once for all episodes.

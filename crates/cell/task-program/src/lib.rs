@@ -54,6 +54,7 @@ pub fn main_with(policies: Policies, controllers: Controllers) -> ExitCode {
 
 /// As [`main_with`], with these words in place of the arguments of this process.
 pub fn main_of(policies: Policies, controllers: Controllers, words: &[String]) -> ExitCode {
+    let policies = policy_client::with_servers(policies);
     // The launcher starts one program for both roles; only a controller is given an arm.
     if words.iter().any(|word| word == "--arm") {
         return control::main(&controllers);

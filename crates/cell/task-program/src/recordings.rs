@@ -103,6 +103,7 @@ impl Recordings<'_> {
             .arg(file)
             .args(self.arguments)
             .args(set)
+            .args(&failed.server)
             .stdin(Stdio::null())
             .output()?;
         let text = String::from_utf8_lossy(&run.stdout);

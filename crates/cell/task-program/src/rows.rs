@@ -259,6 +259,9 @@ fn identity(program: &Program, order: &Order<'_>) -> Result<Identity, RowsError>
     if let Some(rate) = spec.action_hz {
         options["rate"] = serde_json::json!(rate);
     }
+    if let Some(server) = &spec.policy_server {
+        options["names"] = serde_json::json!(server.names);
+    }
     inputs.add("options", options.to_string().as_bytes());
     Ok(Identity {
         build,

@@ -14,11 +14,16 @@ use cell_model::Cell;
 use robocell_skills::files::{self, TreeSource};
 use robocell_skills::setup::ARM;
 use robocell_skills::{Places, Setup};
-use robocell_task::{Kind, SetupError, boxed};
+use robocell_task::{Goals, Kind, SetupError, Slots, boxed};
+
+/// A cube nearer to the mark in the plane, and in height, is on it (m).
+const TOLERANCE_M: f64 = 0.02;
+const HEIGHT_TOLERANCE_M: f64 = 0.01;
 
 /// `kind = "cube"` and its policies.
 pub fn kind() -> Kind<Places> {
     Kind::<Places>::new("cube")
+        .goals(goals)
         .policy("ifelse", |task, cell| {
             let (setup, cube, mark) = parts(task, cell)?;
             Ok(boxed(ifelse::IfElse { setup, cube, mark }))
@@ -46,6 +51,25 @@ pub fn kind() -> Kind<Places> {
         .policy("matrix", |task, cell| {
             files::matrix(cell, &task.place, "cube/cube.matrix.toml")
         })
+}
+
+/// The cube on the mark.
+fn goals(task: &Places, cell: &Cell) -> Result<Goals, SetupError> {
+    let (setup, cube, mark) = parts(task, cell)?;
+    let place = setup.places.get(mark).and_then(|place| place.slots.first());
+    let half_height_m = setup
+        .objects
+        .get(cube)
+        .map_or(0.0, |cube| cube.half_height_m);
+    let centre = place.map(|slot| {
+        let [x, y, z] = slot.position;
+        [x, y, z + half_height_m]
+    });
+    Ok(Goals(vec![Slots {
+        centres: centre.into_iter().collect(),
+        objects: Some(vec![cube]),
+        tolerance_m: [TOLERANCE_M, HEIGHT_TOLERANCE_M],
+    }]))
 }
 
 /// The setup and the two objects that the policies in Rust need.

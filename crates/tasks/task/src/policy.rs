@@ -3,6 +3,7 @@
 use behavior::{Graph, NodeStatus};
 use cell_model::Cell;
 use cell_model::cells::replace::Replace;
+use cell_model::runs::policy_server::ServerReport;
 use ipc_types::{Pose, Text};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -160,6 +161,16 @@ pub trait AnyPolicy: Send {
 
     /// See [`Policy::reconcile`].
     fn reconcile(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output);
+
+    /// What the server of a policy behind a socket was asked so far; `None` without one.
+    fn server_report(&self) -> Option<ServerReport> {
+        None
+    }
+
+    /// Warnings since the last call that do not depend on the decisions.
+    fn take_warnings(&mut self) -> Vec<String> {
+        Vec::new()
+    }
 }
 
 /// A policy in plain code together with its memory.

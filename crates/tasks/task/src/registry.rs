@@ -5,18 +5,22 @@ use std::sync::Arc;
 use behavior::descriptor::Source;
 use behavior::tree::{Host, Library};
 use behavior::{Finding, suggest};
+use cell_model::runs::policy_server::is_address;
 use cell_model::runs::report::{policy_named, unknown_policy};
 use cell_model::{Cell, Data};
 use serde_json::{Map, Value, json};
 
 pub use crate::error::TaskError;
 
+use crate::goals::Goals;
 use crate::policy::{AnyPolicy, Policy, boxed};
 use crate::ranges;
+use crate::remote::{MakeRemote, Remote};
 use crate::settings::{NoSettings, Settings, SetupError};
 use crate::task::Task;
 use crate::trees::{self, TreeError, TreeTools};
 
+type MakeGoals<S> = Box<dyn Fn(&S, &Cell) -> Result<Goals, SetupError> + Send + Sync>;
 type Make<S> = Box<dyn Fn(&S, &Cell) -> Result<Box<dyn AnyPolicy>, SetupError> + Send + Sync>;
 
 /// A kind of `[task]` with settings `S`, and the policies that do it.
@@ -25,6 +29,7 @@ pub struct Kind<S> {
     policies: Vec<(String, Make<S>)>,
     trees: Option<TreeTools>,
     machines: Option<CheckMachine>,
+    goals: Option<MakeGoals<S>>,
 }
 
 impl<S: Settings> Kind<S> {
@@ -35,7 +40,18 @@ impl<S: Settings> Kind<S> {
             policies: Vec::new(),
             trees: None,
             machines: None,
+            goals: None,
         }
+    }
+
+    /// The slots by which the job is judged for a policy behind a socket.
+    #[must_use]
+    pub fn goals(
+        mut self,
+        make: impl Fn(&S, &Cell) -> Result<Goals, SetupError> + Send + Sync + 'static,
+    ) -> Self {
+        self.goals = Some(Box::new(make));
+        self
     }
 
     /// Adds a policy under its name on the command line.
@@ -77,6 +93,7 @@ trait AnyKind: Send + Sync {
     fn name(&self) -> &str;
     fn policies(&self) -> Vec<&str>;
     fn task(&self, cell: &Cell, policy: &str) -> Result<Task, TaskError>;
+    fn remote(&self, cell: &Cell, address: &str, make: &MakeRemote) -> Result<Task, TaskError>;
     fn schema(&self) -> Value;
     fn trees(&self) -> Option<&TreeTools>;
     fn machines(&self) -> Option<CheckMachine>;
@@ -95,11 +112,7 @@ impl<S: Settings> AnyKind for Kind<S> {
     }
 
     fn task(&self, cell: &Cell, policy: &str) -> Result<Task, TaskError> {
-        let settings: S = cell.task.read()?;
-        // Ranges first: `check` may compute with the numbers, and its message about a sum would
-        // hide that one of them is out of range.
-        ranges::check(&self.schema(), &cell.task.read()?, &cell.task.checker())?;
-        settings.check(cell, &cell.task.checker())?;
+        let settings = self.settings(cell)?;
         // Cell files and commands of earlier builds use other names of two policies; the
         // present name is the one in checkpoints and messages.
         let named = policy_named(policy, &self.policies());
@@ -112,6 +125,26 @@ impl<S: Settings> AnyKind for Kind<S> {
         Ok(Task::new(cell, name, settings.grip_force_n(cell), made))
     }
 
+    fn remote(&self, cell: &Cell, address: &str, make: &MakeRemote) -> Result<Task, TaskError> {
+        let settings = self.settings(cell)?;
+        let Some(goals) = &self.goals else {
+            let problem = format!(
+                "a policy behind a socket needs a job that is judged by slots, and the kind '{}' has \
+                 none; cube, stack and pyramid have, and a kind of your own gets them by Kind::goals",
+                self.name
+            );
+            return Err(SetupError::new(cell, problem).into());
+        };
+        let force = settings.grip_force_n(cell);
+        let made = make(Remote {
+            cell,
+            address,
+            goals: goals(&settings, cell)?,
+            grip_force: force,
+        })?;
+        Ok(Task::new(cell, address, force, made))
+    }
+
     fn schema(&self) -> Value {
         schemars::schema_for!(S).to_value()
     }
@@ -122,6 +155,18 @@ impl<S: Settings> AnyKind for Kind<S> {
 
     fn machines(&self) -> Option<CheckMachine> {
         self.machines
+    }
+}
+
+impl<S: Settings> Kind<S> {
+    /// The checked settings of `cell`.
+    fn settings(&self, cell: &Cell) -> Result<S, TaskError> {
+        let settings: S = cell.task.read()?;
+        // Ranges first: `check` may compute with the numbers, and its message about a sum would
+        // hide that one of them is out of range.
+        ranges::check(&self.schema(), &cell.task.read()?, &cell.task.checker())?;
+        settings.check(cell, &cell.task.checker())?;
+        Ok(settings)
     }
 }
 
@@ -160,6 +205,7 @@ impl ForEveryKind {
 pub struct Policies {
     kinds: Vec<Arc<dyn AnyKind>>,
     for_every_kind: Vec<ForEveryKind>,
+    remote: Option<MakeRemote>,
 }
 
 impl Policies {
@@ -203,6 +249,16 @@ impl Policies {
         self
     }
 
+    /// Lets a policy be named by the address of its server; `make` makes it.
+    #[must_use]
+    pub fn with_remote(
+        mut self,
+        make: impl Fn(Remote<'_>) -> Result<Box<dyn AnyPolicy>, SetupError> + Send + Sync + 'static,
+    ) -> Self {
+        self.remote = Some(Arc::new(make));
+        self
+    }
+
     /// The policy of `cell` where the user names none: the one for every kind, else the
     /// default of the cell.
     pub fn default_policy<'a>(&'a self, cell: &'a Cell) -> &'a str {
@@ -226,6 +282,9 @@ impl Policies {
                 demo: cell.name.clone(),
             });
         }
+        if let Some(make) = self.remote.as_ref().filter(|_| is_address(policy)) {
+            return self.kind(cell)?.remote(cell, policy, make);
+        }
         // A program with policies for every kind reads `[task]` itself, so the table is not
         // checked against a kind, which this program need not know.
         if let Some(found) = self.for_every_kind.iter().find(|p| p.name == policy) {
@@ -240,14 +299,19 @@ impl Policies {
             let refusal = unknown_policy(policy, &names, &cell.name);
             return Err(TaskError::UnknownPolicy { refusal });
         }
+        self.kind(cell)?.task(cell, policy)
+    }
+
+    /// The kind of the job of `cell`.
+    fn kind(&self, cell: &Cell) -> Result<&dyn AnyKind, TaskError> {
         let wanted = cell.task.kind();
         let kind = self.kinds.iter().find(|kind| kind.name() == wanted);
-        kind.ok_or_else(|| TaskError::UnknownKind {
+        let unknown = || TaskError::UnknownKind {
             at: cell.task.checker().line_of("task.kind"),
             kind: wanted.to_owned(),
             advice: suggest::advice(wanted, &self.kinds()),
-        })?
-        .task(cell, policy)
+        };
+        kind.map(AsRef::as_ref).ok_or_else(unknown)
     }
 
     /// Probable mistakes, or errors, of a machine or matrix in a file, as far as a kind knows

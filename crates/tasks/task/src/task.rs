@@ -26,6 +26,7 @@ use std::ops::Range;
 
 use behavior::Graph;
 use cell_model::Cell;
+use cell_model::runs::policy_server::ServerReport;
 use ipc_types::decision::{CellIo, MAX_PLACED, Outcome};
 use ipc_types::trace::TraceEvent;
 use ipc_types::{
@@ -207,6 +208,16 @@ impl Task {
         self.report_failure();
         self.out.finish(self.arm_count, out, trace);
         self.fill(tick, out);
+    }
+
+    /// See [`AnyPolicy::server_report`].
+    pub fn server_report(&self) -> Option<ServerReport> {
+        self.policy.server_report()
+    }
+
+    /// See [`AnyPolicy::take_warnings`].
+    pub fn take_warnings(&mut self) -> Vec<String> {
+        self.policy.take_warnings()
     }
 
     /// The pictures of the policy.

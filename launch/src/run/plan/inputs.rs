@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use cell_model::cells::replace::{Replace, of_arguments};
 use cell_model::cells::script::{self, ScriptLine};
+use cell_model::runs::policy_server::PolicyServer;
 use cell_model::runs::report;
 use cell_model::{Cell, RobotFiles, user_file};
 use supervisor::failure::{Context, Failure};
@@ -11,6 +12,7 @@ use supervisor::failure::{Context, Failure};
 use super::cell::{cell_of, check_control, check_one_process, robot_files};
 use super::paths::absolute;
 use super::policy::policy_of;
+use super::server::server_of;
 use crate::cli::RunArgs;
 use crate::{say, task_program};
 
@@ -27,6 +29,8 @@ pub(super) struct Inputs {
     pub(super) replace: Vec<Replace>,
     pub(super) policy: String,
     pub(super) script: Vec<ScriptLine>,
+    /// The use of a policy behind a socket.
+    pub(super) policy_server: Option<PolicyServer>,
     /// They are said already.
     pub(super) warnings: Vec<String>,
 }
@@ -51,6 +55,7 @@ impl Inputs {
         let files = (data_dir.as_deref(), &*args.set, &*replace);
         let (policy, drawing) = policy_of(args, &cell, files, program.as_deref())?;
         let script = script_of(args, &cell)?;
+        let policy_server = server_of(args, &policy)?;
         let warnings = warned(&cell, &script, &drawing);
         Ok(Self {
             data_dir,
@@ -60,6 +65,7 @@ impl Inputs {
             controllers,
             replace,
             policy,
+            policy_server,
             script,
             warnings,
         })

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use cell_model::Cell;
+use cell_model::runs::policy_server::is_address;
 use cell_model::runs::python;
 use ipc_types::decision::POLICY_BYTES;
 use supervisor::failure::Failure;
@@ -32,6 +33,10 @@ pub(crate) fn policy_name(
     cell: &Cell,
     program: Option<&Path>,
 ) -> Result<String, Failure> {
+    // The task program makes the policy and refuses what is no address of a server.
+    if let Some(address) = asked.filter(|asked| is_address(asked)) {
+        return Ok(address.to_owned());
+    }
     match program.filter(|program| python::is_file(program)) {
         Some(file) => {
             Ok(asked.map_or_else(|| python::policy_name(file, POLICY_BYTES), str::to_owned))

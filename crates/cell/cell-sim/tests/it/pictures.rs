@@ -6,7 +6,7 @@ use cell_model::{Cell, Data, Shape};
 use cell_sim::{OneProcess, eval::template};
 use ipc_types::WorldState;
 use ipc_types::world::OBJECT_ENABLED;
-use nalgebra::{Isometry3, Point3, Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use parry3d_f64::query::Ray;
 use parry3d_f64::shape::SharedShape;
 use physics_proc::engine::shapes;
@@ -38,9 +38,20 @@ fn picture(cell: &Cell, state: &WorldState, name: &str) -> (View, Picture) {
 /// The shapes of the cell as the engine has them, with their names in the mask.
 fn engine_shapes(cell: &Cell, state: &WorldState) -> Vec<(SharedShape, Isometry3<f64>, String)> {
     let mut all = Vec::new();
-    let mut add = |shape: &Shape, pose: Isometry3<f64>, name: &str| {
+    let mut add_one = |shape: &Shape, pose: Isometry3<f64>, name: &str| {
         let (shape, own) = shapes::shared(shape);
         all.push((shape, pose * own, name.to_owned()));
+    };
+    // Each panel of a bin is a shape: an eye within one of them sees the others.
+    let mut add = |shape: &Shape, pose: Isometry3<f64>, name: &str| {
+        let Some(panels) = shape.panels() else {
+            return add_one(shape, pose, name);
+        };
+        for panel in panels {
+            let size_m = panel.size.into();
+            let pose = pose * Translation3::from(panel.centre);
+            add_one(&Shape::Box { size_m }, pose, name);
+        }
     };
     for fixture in cell.fixtures.iter().filter(|fixture| fixture.solid) {
         add(&fixture.shape, fixture.pose, &fixture.name);

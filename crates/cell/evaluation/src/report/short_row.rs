@@ -22,6 +22,10 @@ pub(super) struct Short {
     #[serde(default)]
     pub(super) set: BTreeMap<String, Number>,
     #[serde(default)]
+    pub(super) latency_ms: Option<u32>,
+    #[serde(default)]
+    pub(super) fault: Option<String>,
+    #[serde(default)]
     pub(super) drawn: BTreeMap<String, Number>,
     pub(super) outcome: RowOutcome,
     pub(super) reason: Option<String>,

@@ -12,6 +12,7 @@ use crate::error::ModelError;
 use crate::random::Random;
 use crate::robots::files::RobotFiles;
 use crate::runs::policy_name::policy_of_kind;
+use crate::runs::policy_server::PolicyServer;
 use crate::{suggest, toml_text};
 
 mod arm;
@@ -80,6 +81,8 @@ pub struct Cell {
     pub data: Data,
     /// Leaves of the task's tree that answer without being run (`--replace`).
     pub replace: Vec<Replace>,
+    /// How a policy behind a socket is used.
+    pub policy_server: Option<PolicyServer>,
 }
 
 impl Cell {
@@ -185,6 +188,7 @@ impl Cell {
             cameras,
             data: data.clone(),
             replace: Vec::new(),
+            policy_server: None,
         })
     }
 

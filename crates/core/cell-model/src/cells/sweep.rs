@@ -11,6 +11,7 @@ use serde_json::Number;
 use crate::cells::setting::{self, Kind, Setting};
 use crate::error::{Location, ModelError};
 use crate::random::Random;
+use crate::runs::policy_server::Fault;
 
 /// Largest number of combinations of an evaluation.
 pub const MAX_VARIANTS: u32 = 10_000;
@@ -121,36 +122,49 @@ pub struct Sweep {
     pub set: Vec<Values>,
     /// Bounds of the numbers drawn for every seed.
     pub vary: Vec<Bounds>,
+    /// Latencies of a policy server (ms), which are all run with every seed, too.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub latencies_ms: Vec<u32>,
+    /// Faults of its observations: an episode without one, and one with each.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub faults: Vec<Fault>,
 }
 
 impl Sweep {
     /// Numbers of the combinations of `--set`: from 1, or only 0 without any.
     pub fn variants(&self) -> RangeInclusive<u32> {
-        if self.set.is_empty() {
+        if self.set.is_empty() && self.latencies_ms.len() < 2 && self.faults.is_empty() {
             return 0..=0;
         }
         let counts = self.set.iter().map(|set| set.values.len());
+        let counts = counts.chain([self.latencies_ms.len().max(1), self.faults.len() + 1]);
         // Saturating: the product of a few long lists exceeds any integer, and is refused
         // below.
         let all = counts.fold(1_usize, usize::saturating_mul);
         1..=u32::try_from(all).unwrap_or(u32::MAX)
     }
 
-    /// The values of a combination: those of the last key change first.
-    fn variant(&self, variant: u32) -> Vec<Setting> {
+    /// A combination: faults change first, then latencies, then the values of the last key.
+    fn variant(&self, variant: u32) -> (Vec<Setting>, Option<u32>, Option<Fault>) {
         let mut rest = variant.saturating_sub(1) as usize;
+        let mut digit = |count: usize| {
+            let digit = rest % count;
+            rest /= count;
+            digit
+        };
+        let fault = digit(self.faults.len() + 1).checked_sub(1);
+        let latency = digit(self.latencies_ms.len().max(1));
         let mut settings: Vec<Setting> = Vec::new();
         for set in self.set.iter().rev() {
-            let count = set.values.len().max(1);
-            let value = set.values.get(rest % count);
+            let value = set.values.get(digit(set.values.len().max(1)));
             settings.extend(value.map(|value| Setting {
                 key: set.key.clone(),
                 value: value.clone(),
             }));
-            rest /= count;
         }
         settings.reverse();
-        settings
+        let fault = fault.and_then(|fault| self.faults.get(fault).cloned());
+        (settings, self.latencies_ms.get(latency).copied(), fault)
     }
 
     /// The episodes of a cell file with this text.
@@ -196,6 +210,10 @@ pub struct Case {
     pub set: Vec<Setting>,
     /// The numbers drawn for its seed.
     pub drawn: Vec<Setting>,
+    /// The latency of the policy server (ms).
+    pub latency_ms: Option<u32>,
+    /// The fault of its observations.
+    pub fault: Option<Fault>,
 }
 
 impl Case {
@@ -238,10 +256,13 @@ impl Cases {
                 value: draw.bounds.at(part, draw.kind)?,
             })
         };
+        let (set, latency_ms, fault) = self.sweep.variant(variant);
         Case {
             seed,
             variant,
-            set: self.sweep.variant(variant),
+            set,
+            latency_ms,
+            fault,
             drawn: self.draws.iter().filter_map(draw).collect(),
         }
     }
@@ -288,6 +309,7 @@ mod tests {
         Sweep {
             set: set.iter().map(|text| text.parse().unwrap()).collect(),
             vary: vary.iter().map(|text| text.parse().unwrap()).collect(),
+            ..Sweep::default()
         }
     }
 
@@ -299,7 +321,7 @@ mod tests {
     #[test]
     fn every_combination_is_a_variant() {
         let both = sweep(&["a=1,2.5", "b=3,4,5"], &[]);
-        let all: Vec<String> = both.variants().map(|v| words(&both.variant(v))).collect();
+        let all: Vec<String> = both.variants().map(|v| words(&both.variant(v).0)).collect();
         assert_eq!(
             all,
             [
@@ -325,6 +347,29 @@ mod tests {
             error.contains("100000 combinations; at most 10000"),
             "{error}"
         );
+    }
+
+    #[test]
+    fn latencies_and_faults_are_variants_as_well() {
+        let all = Sweep {
+            latencies_ms: vec![0, 200],
+            faults: vec!["drop@0..500".parse().unwrap()],
+            ..sweep(&["a=1,2"], &[])
+        };
+        assert_eq!(all.variants(), 1..=8);
+        let (set, latency_ms, fault) = all.variant(4);
+        assert_eq!(words(&set), "a=1");
+        assert_eq!(latency_ms, Some(200));
+        assert_eq!(fault.unwrap().to_string(), "drop@0..500");
+        let (set, latency_ms, fault) = all.variant(5);
+        assert_eq!((words(&set).as_str(), latency_ms), ("a=2", Some(0)));
+        assert_eq!(fault, None);
+        // One latency is no choice.
+        let one = Sweep {
+            latencies_ms: vec![100],
+            ..Sweep::default()
+        };
+        assert_eq!((one.variants(), one.variant(0).1), (0..=0, Some(100)));
     }
 
     #[test]

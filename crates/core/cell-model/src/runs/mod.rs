@@ -7,6 +7,7 @@ pub mod output;
 pub mod phase_name;
 mod phases;
 pub(crate) mod policy_name;
+pub mod policy_server;
 pub mod python;
 pub mod record;
 pub mod report;

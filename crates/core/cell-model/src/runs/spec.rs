@@ -12,6 +12,7 @@ use crate::cells::setting::Setting;
 use crate::data::Data;
 use crate::error::ModelError;
 use crate::robots::files::RobotFiles;
+use crate::runs::policy_server::PolicyServer;
 use crate::runs::wire;
 
 pub use super::secrets::PageSecrets;
@@ -84,6 +85,9 @@ pub struct RunSpec {
     /// held for its period and has numbers of 32 bits. `None`: with every decision.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub action_hz: Option<u32>,
+    /// How a policy behind a socket is used; the defaults where missing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub policy_server: Option<PolicyServer>,
     /// Whether to end the run when the task is done or has failed.
     pub until_done: bool,
     /// Latest simulated time at which the run ends (s).
@@ -220,6 +224,7 @@ impl RunSpec {
             Cell::load_with(data, &self.demo, self.seed, self.robot.as_ref(), &self.set)?;
         self.bins.map_or(Ok(()), |bins| cell.limit_bins(bins))?;
         cell.replace.clone_from(&self.replace);
+        cell.policy_server.clone_from(&self.policy_server);
         Ok(cell)
     }
 

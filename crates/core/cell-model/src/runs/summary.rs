@@ -3,11 +3,12 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use ipc_types::decision::Outcome;
-use ipc_types::{Decision, TICK_NS, WorldState};
+use ipc_types::decision::{Outcome, POLICY_BYTES};
+use ipc_types::{Decision, TICK_NS, Text, WorldState};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::policy_server::ServerReport;
 use super::record::RecordReport;
 use super::script_report::ScriptReply;
 
@@ -91,6 +92,9 @@ pub struct RunSummary {
     /// where none was.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub restarts: BTreeMap<String, u32>,
+    /// What a policy behind a socket was asked; missing without one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub policy_server: Option<ServerReport>,
     /// What became of the lines of the script; missing without one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub script_replies: Vec<ScriptReply>,
@@ -131,7 +135,10 @@ impl RunSummary {
         let name = |index: &u32| facts.objects.get(*index as usize).cloned();
         Self {
             demo: facts.demo.to_owned(),
-            policy: if policy.is_empty() {
+            // The decision has room for the start of a long name only.
+            policy: if policy.is_empty()
+                || Text::<POLICY_BYTES>::new(facts.policy).as_str() == policy
+            {
                 facts.policy
             } else {
                 policy
@@ -162,6 +169,7 @@ impl RunSummary {
             faults: Vec::new(),
             record_files: Vec::new(),
             restarts: BTreeMap::new(),
+            policy_server: None,
             script_replies: Vec::new(),
         }
     }

@@ -27,10 +27,11 @@ use cell_model::{Cell, Data};
 use robocell_skills::Station;
 use robocell_skills::files::{TreeJob, TreePolicy, TreeSource};
 use robocell_skills::nodes::{WorkKeys, library as skills, with_work};
-use robocell_task::{Kind, SetupError};
+use robocell_task::{Goals, Kind, SetupError, Slots};
 
 pub use setup::Pyramid;
 
+use crate::stack::{HEIGHT_TOLERANCE_M, layers};
 use look::Look;
 use numbers::PyramidTask;
 
@@ -45,9 +46,23 @@ const KEYS: WorkKeys = WorkKeys {
     zone: "center",
 };
 
+/// A stack of any cubes for each arm.
+fn goals(task: &PyramidTask, cell: &Cell) -> Result<Goals, SetupError> {
+    let count = task.required_count as usize;
+    let heights_m = (task.base_height_m, task.layer_height_m);
+    let slots = |goal_m| Slots {
+        centres: layers(goal_m, heights_m, count),
+        objects: None,
+        tolerance_m: [task.goal_tolerance_m, HEIGHT_TOLERANCE_M],
+    };
+    let arms = cell.arms.iter().filter_map(|arm| task.robot.get(&arm.name));
+    Ok(Goals(arms.map(|arm| slots(arm.goal_m)).collect()))
+}
+
 /// `kind = "pyramid"` and its policy.
 pub fn kind() -> Kind<PyramidTask> {
     Kind::<PyramidTask>::new("pyramid")
+        .goals(goals)
         .policy("json", |task, cell| Ok(Box::new(policy(task, cell)?)))
         .trees(|data: &Data| {
             let cell = Cell::load(data, DEMO, 0, None)?;

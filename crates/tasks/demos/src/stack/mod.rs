@@ -15,7 +15,8 @@ pub mod turn;
 
 use std::sync::Arc;
 
-use robocell_task::{Kind, SetupError, boxed};
+use cell_model::Cell;
+use robocell_task::{Goals, Kind, SetupError, Slots, boxed};
 
 pub use phase::Phase;
 pub use robocell_skills::geometry;
@@ -25,9 +26,34 @@ use bt::StackBt;
 use code::InCode;
 use numbers::StackTask;
 
+/// Distance in height within which a cube is in its layer (m).
+pub(crate) const HEIGHT_TOLERANCE_M: f64 = 0.01;
+
+/// The cubes above each other, in the order of the task.
+fn goals(task: &StackTask, cell: &Cell) -> Result<Goals, SetupError> {
+    let cubes = StackSetup::new(task, cell)?.cubes;
+    let lowest_m = (task.base_height_m, task.layer_height_m);
+    Ok(Goals(vec![Slots {
+        centres: layers(task.stack_position_m, lowest_m, cubes.len()),
+        objects: Some(cubes),
+        tolerance_m: [task.goal_tolerance_m, HEIGHT_TOLERANCE_M],
+    }]))
+}
+
+/// Centres of the cubes of a stack, given the height of the lowest and the height of a layer.
+pub(crate) fn layers(
+    [x, y]: [f64; 2],
+    (lowest_m, layer_m): (f64, f64),
+    count: usize,
+) -> Vec<[f64; 3]> {
+    let height_m = |layer: usize| lowest_m + layer as f64 * layer_m;
+    (0..count).map(|layer| [x, y, height_m(layer)]).collect()
+}
+
 /// `kind = "stack"` and its policies.
 pub fn kind() -> Kind<StackTask> {
     Kind::<StackTask>::new("stack")
+        .goals(goals)
         .policy("fsm", |task, cell| {
             let setup = StackSetup::new(task, cell)?;
             let decide = fsm::decide;

@@ -7,6 +7,8 @@ use ipc_types::{
 };
 use monitor_proc::page::command::{self, Names};
 
+use policy_client::codec::{self, Convention};
+
 use super::Target;
 
 pub(crate) const SCRIPT: Target = Target {
@@ -55,6 +57,55 @@ pub(crate) const COMMAND: Target = Target {
             r#"{"id": 9, "do": "seek", "to": 3.5, "play": true, "speed": 0.5}"#,
         ];
         commands.map(|text| text.as_bytes().to_vec()).to_vec()
+    },
+};
+
+/// Answers of policy servers.
+pub(crate) const POLICY_ANSWER: Target = Target {
+    name: "policy_answer",
+    run: |bytes| {
+        let _is_hello = codec::is_hello(bytes);
+        for convention in [Convention::OpenPi, Convention::VlaEval] {
+            if let Ok(rows) = codec::actions(convention, bytes) {
+                let width = rows.first().map_or(0, Vec::len);
+                assert!(width > 0 && rows.iter().all(|row| row.len() == width));
+                assert!(rows.iter().flatten().all(|number| number.is_finite()));
+            }
+        }
+    },
+    corpus: || {
+        // {"actions": a 2 x 4 array of float32}, with keys of text and of bytes.
+        let array = |key: u8| {
+            let name = |text: &str| match key {
+                0 => [&[0xa0 + text.len() as u8], text.as_bytes()].concat(),
+                _ => [&[0xc4, text.len() as u8], text.as_bytes()].concat(),
+            };
+            let data = [&[0xc4, 32][..], &[0; 32]].concat();
+            [
+                vec![0x84],
+                [name("__ndarray__"), vec![0xc3]].concat(),
+                [name("data"), data].concat(),
+                [name("dtype"), b"\xa3<f4".to_vec()].concat(),
+                [name("shape"), vec![0x92, 2, 4]].concat(),
+            ]
+            .concat()
+        };
+        let actions = |array: Vec<u8>| [b"\x81\xa7actions".to_vec(), array].concat();
+        let list = [b"\x81\xa7actions\x91\x94".to_vec(), vec![1, 2, 3, 0]].concat();
+        let message = [
+            b"\x84\xa4type\xa6action\xa3seq\x01\xa9timestamp\x00\xa7payload".to_vec(),
+            actions(array(0)),
+        ];
+        let error = b"\x82\xa4type\xa5error\xa7payload\x81\xa7message\xa2no".to_vec();
+        let hello = b"\x82\xa4type\xa5hello\xa7payload\x80".to_vec();
+        vec![
+            actions(array(0)),
+            actions(array(1)),
+            list,
+            message.concat(),
+            error,
+            hello,
+        ]
     },
 };
 

@@ -22,7 +22,7 @@ pub(crate) struct Target {
 }
 
 /// All of them.
-pub(crate) const TARGETS: [Target; 12] = [
+pub(crate) const TARGETS: [Target; 13] = [
     files::CELL,
     files::TREE,
     files::MACHINE,
@@ -32,6 +32,7 @@ pub(crate) const TARGETS: [Target; 12] = [
     files::TUNING,
     messages::SCRIPT,
     messages::COMMAND,
+    messages::POLICY_ANSWER,
     messages::MESSAGE,
     recording::RECORDING,
     checkpoint::CHECKPOINT,

@@ -1,0 +1,309 @@
+//! The connection to a policy server, on a thread of its own: a decision waits for it in
+//! simulated time, and does not in real time.
+
+use std::collections::BTreeMap;
+use std::io::{self, ErrorKind, Read, Write};
+use std::net::{TcpStream, ToSocketAddrs as _};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, channel};
+use std::time::{Duration, Instant};
+
+use tungstenite::protocol::WebSocketConfig;
+use tungstenite::{Message, WebSocket};
+
+use crate::codec::{self, AnswerError, Convention, Observations, Rows};
+use crate::failure::{Failure, reason};
+
+/// Longest wait for a connection.
+const CONNECT_LIMIT: Duration = Duration::from_secs(10);
+/// Longest wait for the first message of a server that speaks first.
+const HELLO_LIMIT: Duration = Duration::from_secs(3);
+/// Longest wait for an answer: a model may be compiled for its first one.
+const ANSWER_LIMIT: Duration = Duration::from_secs(120);
+/// Largest message of a server (bytes).
+pub const MAX_MESSAGE_BYTES: usize = 16 * 1024 * 1024;
+
+/// A connection of one episode.
+#[derive(Debug)]
+pub(crate) struct Link {
+    requests: Sender<Observations>,
+    answers: Receiver<Result<Rows, Failure>>,
+}
+
+impl Link {
+    /// Begins to connect to `address`, as `ws://127.0.0.1:8765`. Observations are sent under the
+    /// keys of `names`; without any, under those of the server's convention.
+    pub(crate) fn open(address: &str, names: &BTreeMap<String, String>) -> Self {
+        let (requests, observations) = channel();
+        let (results, answers) = channel();
+        let (address, names) = (address.to_owned(), names.clone());
+        let serve = move || {
+            let ended = Connection::open(&address, names)
+                .and_then(|connection| connection.serve(&observations, &results));
+            if let Err(failure) = ended {
+                results.send(Err(failure)).ok();
+            }
+        };
+        // Without a thread the answers end at once, which is reported as a lost connection.
+        std::thread::Builder::new()
+            .name("policy".to_owned())
+            .spawn(serve)
+            .ok();
+        Self { requests, answers }
+    }
+
+    /// Sends observations.
+    pub(crate) fn ask(&self, observations: Observations) {
+        // A connection that has ended has left its failure behind.
+        self.requests.send(observations).ok();
+    }
+
+    /// The answer; `None` if there is none yet and `wait` is not set.
+    pub(crate) fn answer(&self, wait: bool) -> Option<Result<Rows, Failure>> {
+        let lost = || {
+            Failure::new(
+                reason::LOST,
+                "the connection to the policy server has ended",
+            )
+        };
+        if !wait {
+            return match self.answers.try_recv() {
+                Ok(answer) => Some(answer),
+                Err(TryRecvError::Empty) => None,
+                Err(TryRecvError::Disconnected) => Some(Err(lost())),
+            };
+        }
+        // The thread has limits of its own; this one holds if it is stuck in a name server.
+        let limit = 2 * (CONNECT_LIMIT + HELLO_LIMIT + ANSWER_LIMIT);
+        Some(match self.answers.recv_timeout(limit) {
+            Ok(answer) => answer,
+            Err(RecvTimeoutError::Timeout) => Err(late()),
+            Err(RecvTimeoutError::Disconnected) => Err(lost()),
+        })
+    }
+}
+
+fn late() -> Failure {
+    let limit_s = ANSWER_LIMIT.as_secs();
+    Failure::new(
+        reason::LATE,
+        format!("the policy server did not answer within {limit_s} s"),
+    )
+}
+
+/// A stream that ends at a time, however often a few bytes arrive.
+struct Timed {
+    stream: TcpStream,
+    until: Instant,
+}
+
+impl Timed {
+    fn left(&self) -> io::Result<Duration> {
+        let left = self.until.saturating_duration_since(Instant::now());
+        // A limit of zero is refused by the system.
+        if left.is_zero() {
+            Err(ErrorKind::TimedOut.into())
+        } else {
+            Ok(left)
+        }
+    }
+}
+
+impl Read for Timed {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        self.stream.set_read_timeout(Some(self.left()?))?;
+        self.stream.read(bytes)
+    }
+}
+
+impl Write for Timed {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.stream.set_write_timeout(Some(self.left()?))?;
+        self.stream.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.stream.flush()
+    }
+}
+
+struct Connection {
+    socket: WebSocket<Timed>,
+    convention: Convention,
+    names: BTreeMap<String, String>,
+    /// Messages sent.
+    number: u64,
+}
+
+impl Connection {
+    fn open(address: &str, names: BTreeMap<String, String>) -> Result<Self, Failure> {
+        let refused = |why: String| {
+            Failure::new(
+                reason::UNREACHABLE,
+                format!("{address}: {why}; start the policy server, or correct --policy"),
+            )
+        };
+        let stream = connect(address).map_err(|error| refused(error.to_string()))?;
+        stream.set_nodelay(true).ok();
+        let until = Instant::now() + CONNECT_LIMIT;
+        let config = WebSocketConfig::default()
+            .max_message_size(Some(MAX_MESSAGE_BYTES))
+            .max_frame_size(Some(MAX_MESSAGE_BYTES));
+        let stream = Timed { stream, until };
+        let (socket, _) = tungstenite::client::client_with_config(address, stream, Some(config))
+            .map_err(|error| refused(error.to_string()))?;
+        let mut connection = Self {
+            socket,
+            convention: Convention::OpenPi,
+            names,
+            number: 0,
+        };
+        connection.greet()?;
+        Ok(connection)
+    }
+
+    /// Finds the convention: a server of openpi speaks first, one of vla-eval waits for a hello.
+    fn greet(&mut self) -> Result<(), Failure> {
+        match self.receive(HELLO_LIMIT) {
+            Ok(first) => {
+                if codec::is_hello(&first) {
+                    self.convention = Convention::VlaEval;
+                }
+            }
+            Err(failure) if failure.reason == reason::LATE => {
+                self.convention = Convention::VlaEval;
+                self.send_note(
+                    "hello",
+                    &[
+                        ("harness", "robocell"),
+                        ("version", env!("CARGO_PKG_VERSION")),
+                    ],
+                )?;
+                let reply = self.receive(CONNECT_LIMIT)?;
+                if !codec::is_hello(&reply) {
+                    let why = "the policy server speaks neither as openpi nor as vla-eval: it sent no first message, and did not return a hello";
+                    return Err(Failure::new(reason::UNREACHABLE, why));
+                }
+            }
+            Err(failure) => return Err(failure),
+        }
+        if self.convention == Convention::VlaEval {
+            self.send_note("episode_start", &[])?;
+        }
+        Ok(())
+    }
+
+    /// Answers observations until nobody asks any more.
+    fn serve(
+        mut self,
+        observations: &Receiver<Observations>,
+        results: &Sender<Result<Rows, Failure>>,
+    ) -> Result<(), Failure> {
+        while let Ok(observations) = observations.recv() {
+            let observations = self.named(observations);
+            let request = codec::request(self.convention, self.number, &observations);
+            self.send(request)?;
+            let answer = self.receive(ANSWER_LIMIT)?;
+            let rows = codec::actions(self.convention, &answer).map_err(|error| {
+                let reason = match error {
+                    AnswerError::Reported(_) => reason::ERROR,
+                    AnswerError::Invalid(_) => reason::INVALID,
+                };
+                Failure::new(reason, format!("the answer of the policy server: {error}"))
+            })?;
+            if results.send(Ok(rows)).is_err() {
+                break;
+            }
+        }
+        if self.convention == Convention::VlaEval {
+            self.send_note("episode_end", &[])?;
+        }
+        self.socket.get_mut().until = Instant::now() + HELLO_LIMIT;
+        self.socket.close(None).ok();
+        Ok(())
+    }
+
+    fn named(&self, observations: Observations) -> Observations {
+        let key = |key: String| match self.names.get(&key) {
+            Some(name) => name.clone(),
+            None if self.names.is_empty() && self.convention == Convention::VlaEval => {
+                by_vla_eval(&key)
+            }
+            None => key,
+        };
+        observations
+            .into_iter()
+            .map(|(name, content)| (key(name), content))
+            .collect()
+    }
+
+    fn send_note(&mut self, kind: &str, entries: &[(&str, &str)]) -> Result<(), Failure> {
+        let note = codec::note(kind, self.number, entries);
+        self.send(note)
+    }
+
+    fn send(&mut self, bytes: Vec<u8>) -> Result<(), Failure> {
+        self.number += 1;
+        self.socket.get_mut().until = Instant::now() + ANSWER_LIMIT;
+        self.socket.send(Message::binary(bytes)).map_err(failure_of)
+    }
+
+    fn receive(&mut self, limit: Duration) -> Result<Vec<u8>, Failure> {
+        self.socket.get_mut().until = Instant::now() + limit;
+        loop {
+            match self.socket.read().map_err(failure_of)? {
+                Message::Binary(bytes) => return Ok(bytes.into()),
+                // A server of openpi sends its stack trace as text.
+                Message::Text(text) => {
+                    let said = codec::quoted(text.as_str());
+                    return Err(Failure::new(
+                        reason::ERROR,
+                        format!("the policy server sent text: {said}"),
+                    ));
+                }
+                Message::Close(_) => return Err(failure_of(tungstenite::Error::ConnectionClosed)),
+                Message::Ping(_) | Message::Pong(_) | Message::Frame(_) => {}
+            }
+        }
+    }
+}
+
+/// Keys by the convention of vla-eval.
+fn by_vla_eval(key: &str) -> String {
+    match key {
+        "agent_pos" => "states".to_owned(),
+        "prompt" => "task_description".to_owned(),
+        key => key.replacen("pixels/", "images/", 1),
+    }
+}
+
+fn connect(address: &str) -> io::Result<TcpStream> {
+    let place = address.strip_prefix("ws://").unwrap_or(address);
+    let place = place.split('/').next().unwrap_or_default();
+    let mut last = io::Error::from(ErrorKind::AddrNotAvailable);
+    for address in place.to_socket_addrs()? {
+        match TcpStream::connect_timeout(&address, CONNECT_LIMIT) {
+            Ok(stream) => return Ok(stream),
+            Err(error) => last = error,
+        }
+    }
+    Err(last)
+}
+
+fn failure_of(error: tungstenite::Error) -> Failure {
+    use tungstenite::Error;
+    match error {
+        Error::Io(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock) => {
+            late()
+        }
+        Error::Capacity(error) => Failure::new(
+            reason::INVALID,
+            format!(
+                "the message of the policy server is too large: {error}; at most {MAX_MESSAGE_BYTES} bytes are read"
+            ),
+        ),
+        error => Failure::new(
+            reason::LOST,
+            format!("the connection to the policy server has ended: {error}"),
+        ),
+    }
+}

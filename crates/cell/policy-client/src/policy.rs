@@ -1,0 +1,453 @@
+//! A policy whose decisions are made by a server: as any other policy of a task.
+
+use std::fmt;
+use std::sync::Arc;
+
+use behavior::NodeStatus;
+use behavior::graph::Graph;
+use cell_model::Cell;
+use cell_model::runs::policy_server::{PolicyServer, ServerReport};
+use ipc_types::trace::TraceEvent;
+use ipc_types::{GripperGoal, Text, WorldState};
+use robocell_skills::Setup;
+use robocell_task::{
+    AnyPolicy, ArmIntent, GoalKind, Goals, Job, Observation, Outcome, Output, Pose, Remote,
+    SetupError, checkpoint, ring,
+};
+use serde::{Deserialize, Serialize};
+
+use crate::codec::{self, Convention, Rows};
+use crate::failure::{Failure, reason};
+use crate::kept::{self, Answer, HASH_START, Seen, Writer, hash};
+use crate::link::Link;
+use crate::observe::Eye;
+use crate::schedule::{STEP_MS, Schedule};
+
+/// Numbers of the action of an arm with the tool straight down: position of the TCP in the world
+/// frame (m), gripper.
+const SHORT: usize = 4;
+/// With an orientation (w x y z) before the gripper.
+const LONG: usize = 8;
+/// Gripper of an action: below it opens, above it closes, and here it stays.
+const KEEP: f32 = 0.5;
+/// Farthest position of an action (m).
+const MAX_POSITION_M: f64 = 100.0;
+/// A quaternion may differ from length 1 by this, and is then normalised.
+const LENGTH_TOLERANCE: f64 = 1.0e-2;
+
+const PHASES: [&str; 3] = ["waiting", "following", "stale"];
+
+/// What is remembered from one decision to the next.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+struct Memory {
+    schedule: Schedule,
+    /// The next step.
+    next: u64,
+    /// Index in the list of phases.
+    phase: usize,
+    /// By arm: position, orientation (w x y z) and gripper of the action in force; empty before
+    /// the first one.
+    action: Vec<ArmAction>,
+    /// Of all answers so far; 0 before the first.
+    answers: u64,
+    /// The request on its way.
+    request: u64,
+}
+
+/// The action of an arm.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct ArmAction {
+    position: [f64; 3],
+    /// `None`: the arm holds.
+    orientation_wxyz: Option<[f64; 4]>,
+    gripper: f32,
+}
+
+/// Where answers come from.
+enum Source {
+    Server(Link),
+    Kept(Vec<Answer>),
+}
+
+/// A policy behind a socket.
+pub(crate) struct RemotePolicy {
+    address: String,
+    server: PolicyServer,
+    /// Without it the arms hold: the cell is only looked at.
+    is_used: bool,
+    goals: Goals,
+    grip_force: f64,
+    /// By arm: orientation of the tool straight down.
+    down: Vec<[f64; 4]>,
+    eye: Eye,
+    memory: Memory,
+    /// `None` before the first observation.
+    source: Option<Source>,
+    writer: Option<Writer>,
+    seen: Arc<Seen>,
+    warnings: Vec<String>,
+}
+
+impl RemotePolicy {
+    pub(crate) fn new(job: Remote<'_>, seen: &Arc<Seen>) -> Result<Self, SetupError> {
+        let cell = job.cell;
+        let address = job.address;
+        if !address.starts_with("ws://") {
+            let problem = format!(
+                "--policy {address}: the address of a policy server starts with ws://, as ws://127.0.0.1:8765; a server \
+                 elsewhere is reached by a tunnel of ssh"
+            );
+            return Err(SetupError::in_file(problem));
+        }
+        let is_used = cell.policy_server.is_some();
+        let server = cell.policy_server.clone().unwrap_or_default();
+        let slots = job.goals.centres().collect();
+        let eye = Eye::new(cell, &server.names, server.fault.clone(), slots);
+        Ok(Self {
+            address: address.to_owned(),
+            eye: eye.map_err(SetupError::in_file)?,
+            server,
+            is_used,
+            goals: job.goals,
+            grip_force: job.grip_force,
+            down: down(cell),
+            memory: Memory::default(),
+            source: None,
+            writer: None,
+            seen: seen.clone(),
+            warnings: Vec::new(),
+        })
+    }
+
+    /// A step of 50 ms begins.
+    fn begin(&mut self, step: u64, state: &WorldState) -> Result<(), Failure> {
+        if !self.is_used {
+            return Ok(());
+        }
+        self.eye.see(state);
+        if self.memory.schedule.asks(step) {
+            self.ask(step, state)?;
+        }
+        self.take()?;
+        let latency_ms = self.server.latency_ms;
+        let action = self.memory.schedule.action(step, latency_ms);
+        self.memory.phase = match action {
+            None => 0,
+            Some((_, false)) => 1,
+            Some((_, true)) => 2,
+        };
+        if let Some(row) = action.map(|(row, _)| row.to_vec()) {
+            self.memory.action = self.action_of(&row)?;
+        }
+        Ok(())
+    }
+
+    fn ask(&mut self, step: u64, state: &WorldState) -> Result<(), Failure> {
+        let arms = state.arms().iter().enumerate();
+        // An arm that holds has no position it was sent to.
+        let goals = arms.map(|(arm, measured)| {
+            let action = self.memory.action.get(arm);
+            let sent = action.filter(|action| action.orientation_wxyz.is_some());
+            sent.map_or(measured.tcp.position, |action| action.position)
+        });
+        let goals: Vec<[f64; 3]> = goals.collect();
+        let observations = self.eye.observe(state, &goals);
+        let bytes = codec::request(Convention::OpenPi, 0, &observations);
+        self.memory.request = hash(HASH_START, bytes);
+        if let Source::Server(link) = self.source()? {
+            link.ask(observations);
+        }
+        self.memory.schedule.send(step);
+        Ok(())
+    }
+
+    /// Takes the answer that is on its way, if it is there; simulated time waits for it.
+    fn take(&mut self) -> Result<(), Failure> {
+        if !self.memory.schedule.waits() {
+            return Ok(());
+        }
+        let (wait, number) = (!self.server.real_time, self.memory.schedule.requests);
+        let request = self.memory.request;
+        let (result, is_kept) = match self.source()? {
+            Source::Server(link) => match link.answer(wait) {
+                Some(result) => (result, false),
+                None => return Ok(()),
+            },
+            Source::Kept(answers) => (kept(answers, number, request), true),
+        };
+        // The width belongs to the cell: without this check a kept answer would be no answer.
+        let result = result.and_then(|rows| self.check(rows));
+        let answer = Answer::new(request, &result);
+        let before = if self.memory.answers == 0 {
+            HASH_START
+        } else {
+            self.memory.answers
+        };
+        self.memory.answers = answer.hash(before);
+        if !is_kept {
+            self.keep(&answer);
+        }
+        self.memory.schedule.answer(result?);
+        Ok(())
+    }
+
+    /// Writes an answer, and compares it with earlier ones to the same observations.
+    fn keep(&mut self, answer: &Answer) {
+        if let Err(error) = self.write(answer) {
+            let file = self.server.keep.take().unwrap_or_default();
+            self.warnings.push(format!(
+                "{}: the answers are not kept: {error}",
+                file.display()
+            ));
+        }
+        if !self.seen.agrees(answer) {
+            self.warnings.push(format!(
+                "{}: the policy server answered equal observations in two ways; its rows do not repeat",
+                self.address
+            ));
+        }
+    }
+
+    fn write(&mut self, answer: &Answer) -> std::io::Result<()> {
+        let Some(file) = &self.server.keep else {
+            return Ok(());
+        };
+        let writer = match self.writer.take() {
+            Some(writer) => writer,
+            None => {
+                // Answers of an earlier evaluation are compared before they are replaced.
+                for answer in kept::read(file).unwrap_or_default() {
+                    self.seen.agrees(&answer);
+                }
+                Writer::open(file, self.memory.schedule.requests > 1)?
+            }
+        };
+        self.writer.insert(writer).add(answer)
+    }
+
+    fn source(&mut self) -> Result<&mut Source, Failure> {
+        let source = match (self.source.take(), &self.server.answers) {
+            (Some(source), _) => source,
+            (None, Some(file)) => Source::Kept(kept::read(file)?),
+            (None, None) => Source::Server(Link::open(&self.address, &self.server.names)),
+        };
+        Ok(self.source.insert(source))
+    }
+
+    /// Refuses rows that an arm cannot execute.
+    fn check(&self, rows: Rows) -> Result<Rows, Failure> {
+        for row in &rows {
+            self.action_of(row)?;
+        }
+        Ok(rows)
+    }
+
+    /// The actions of all arms in a row.
+    fn action_of(&self, row: &[f32]) -> Result<Vec<ArmAction>, Failure> {
+        let refused = |why: fmt::Arguments<'_>| {
+            Failure::new(
+                reason::INVALID,
+                format!("the answer of the policy server: {why}"),
+            )
+        };
+        let arms = self.down.len();
+        let long = row.len() == LONG * arms;
+        if !long && row.len() != SHORT * arms {
+            let (short, long) = (SHORT * arms, LONG * arms);
+            return Err(refused(format_args!(
+                "a row of \"actions\" has {} numbers; {short} (TCP position, gripper) or {long} (position, quaternion \
+                 wxyz, gripper) are needed",
+                row.len()
+            )));
+        }
+        let parts = row.chunks(if long { LONG } else { SHORT });
+        let parts = parts
+            .zip(&self.down)
+            .map(|(part, down)| action(part, *down).map_err(|why| refused(format_args!("{why}"))));
+        parts.collect()
+    }
+
+    /// The intents of the action in force.
+    fn command(&self, out: &mut Output) {
+        for (arm, action) in self.memory.action.iter().enumerate() {
+            let target = action.orientation_wxyz.map(|orientation_wxyz| Pose {
+                position: action.position,
+                orientation_wxyz,
+            });
+            out.arm(
+                arm,
+                ArmIntent {
+                    kind: target.map_or(GoalKind::Hold, |_| GoalKind::Pose),
+                    // One goal whose target moves, as an operator moves it.
+                    key: 1,
+                    target: target.unwrap_or(Pose::IDENTITY),
+                    gripper: match action.gripper {
+                        gripper if gripper < KEEP => GripperGoal::Open,
+                        gripper if gripper > KEEP => GripperGoal::Close,
+                        _ => GripperGoal::Keep,
+                    },
+                    grip_force: self.grip_force,
+                    ..ArmIntent::default()
+                },
+            );
+        }
+    }
+}
+
+/// By arm: the orientation of its tool straight down.
+fn down(cell: &Cell) -> Vec<[f64; 4]> {
+    let arms = Setup::new(cell, []).arms;
+    arms.iter().map(|arm| arm.tool.down(0.0)).collect()
+}
+
+/// The answer to request `number`, from 1 up.
+fn kept(answers: &[Answer], number: u64, request: u64) -> Result<Rows, Failure> {
+    let refused = |why: &str| {
+        let message = format!(
+            "request {number} {why}: the answers were kept with another build, cell or option; ask the server again"
+        );
+        Err(Failure::new(reason::NOT_KEPT, message))
+    };
+    let index = usize::try_from(number.saturating_sub(1)).unwrap_or(usize::MAX);
+    match answers.get(index) {
+        None => refused("has no answer"),
+        Some(answer) if answer.request != format!("{request:016x}") => {
+            refused("has other observations")
+        }
+        Some(answer) => answer.clone().result(),
+    }
+}
+
+/// The action of an arm, from 4 or 8 numbers.
+fn action(part: &[f32], down: [f64; 4]) -> Result<ArmAction, String> {
+    let numbers: Vec<f64> = part.iter().copied().map(f64::from).collect();
+    let position = numbers.first_chunk::<3>().copied().unwrap_or_default();
+    if let Some(far) = position.iter().find(|number| number.abs() > MAX_POSITION_M) {
+        return Err(format!(
+            "the position {far} m of an action is beyond {MAX_POSITION_M} m"
+        ));
+    }
+    let orientation = match numbers
+        .get(3..7)
+        .and_then(|part| <[f64; 4]>::try_from(part).ok())
+    {
+        None => Some(down),
+        // As in a data set: an arm that holds.
+        Some([0.0, 0.0, 0.0, 0.0]) => None,
+        Some(quaternion) => Some(unit(quaternion)?),
+    };
+    Ok(ArmAction {
+        position,
+        orientation_wxyz: orientation,
+        gripper: part.last().copied().unwrap_or(KEEP),
+    })
+}
+
+fn unit(quaternion: [f64; 4]) -> Result<[f64; 4], String> {
+    let length = quaternion
+        .iter()
+        .map(|part| part * part)
+        .sum::<f64>()
+        .sqrt();
+    if (length - 1.0).abs() > LENGTH_TOLERANCE {
+        return Err(format!(
+            "the quaternion of an action has the length {length}; 1 is needed"
+        ));
+    }
+    // One of 32 bits is executed as it is: then a recorded action gives its states again.
+    let rounded = (length - 1.0).abs() < 5.0e-7;
+    Ok(if rounded {
+        quaternion
+    } else {
+        quaternion.map(|part| part / length)
+    })
+}
+
+impl AnyPolicy for RemotePolicy {
+    fn reset(&mut self) {
+        // Each episode has a connection of its own: a server may remember.
+        (self.memory, self.source, self.writer) = (Memory::default(), None, None);
+    }
+
+    fn decide(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {
+        let step = observation.sample_id() / STEP_MS;
+        job.held = observation.held_object(0);
+        job.placed.clear();
+        self.goals.placed(observation, &mut job.placed);
+        let mut done = job.done;
+        let result = if step >= self.memory.next {
+            self.memory.next = step + 1;
+            // Judged at the rate of the actions, as in the environments for learning.
+            done = job.placed.len() >= self.goals.count();
+            self.begin(step, observation.state())
+        } else {
+            self.take()
+        };
+        job.done = done;
+        match result {
+            Ok(()) => self.command(out),
+            Err(failure) => {
+                job.fail(&failure.reason);
+                out.event(
+                    TraceEvent::Fault,
+                    format_args!("[fault] {}", failure.message),
+                );
+            }
+        }
+        for warning in &self.warnings {
+            out.lifecycle(TraceEvent::None, format_args!("[warning] {warning}"));
+        }
+        out.outcome = if done {
+            Outcome::Done
+        } else {
+            Outcome::Running
+        };
+        out.phase = self.phase();
+    }
+
+    fn phase(&self) -> Text<32> {
+        Text::new(PHASES.get(self.memory.phase).copied().unwrap_or_default())
+    }
+
+    fn describe(&self, name: &str) -> Vec<Graph> {
+        vec![ring::graph(name, &PHASES)]
+    }
+
+    fn statuses(&self, _graph: usize, out: &mut Vec<NodeStatus>) {
+        ring::statuses(&PHASES, self.phase().as_str(), out);
+    }
+
+    fn save(&self) -> Vec<u8> {
+        checkpoint::to_bytes(&self.memory)
+    }
+
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
+        self.reset();
+        let memory: Memory = checkpoint::from_bytes(bytes)?;
+        let arms = self.down.len();
+        // Rows and actions are used without a further check.
+        if memory.phase < PHASES.len() && [0, arms].contains(&memory.action.len()) {
+            self.memory = memory;
+            self.memory.schedule.resume();
+        }
+        Ok(())
+    }
+
+    fn reconcile(&mut self, observation: &Observation<'_>, job: &mut Job, _out: &mut Output) {
+        job.held = observation.held_object(0);
+    }
+
+    fn server_report(&self) -> Option<ServerReport> {
+        Some(ServerReport {
+            latency_ms: self.server.latency_ms,
+            fault: self.server.fault.as_ref().map(ToString::to_string),
+            requests: self.memory.schedule.requests,
+            stale_steps: self.memory.schedule.stale_steps,
+            answers: format!("{:016x}", self.memory.answers),
+        })
+    }
+
+    fn take_warnings(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.warnings)
+    }
+}
