@@ -60,7 +60,7 @@ export async function recorded({ page, until, same, look }) {
 }
 
 /** What is wrong while a task runs that does not know of it, and that there is nothing to list yet. */
-export async function told({ page, robocell }) {
+export async function told({ page, robocell, press }) {
   const bar = page.locator("#status");
   await page.locator(".no-event", { hasText: /^No event yet\.$/ }).waitFor();
   robocell("resume");
@@ -69,5 +69,6 @@ export async function told({ page, robocell }) {
   await bar.locator(".detail", { hasText: / · out of the cell: cube$/ }).waitFor();
   await page.locator('#status[data-tone="warn"]').waitFor();
   await page.locator('.process .dot[data-tone="warn"]').waitFor();
+  await press("robocell pause");
   await page.locator(".no-event").waitFor({ state: "hidden" });
 }

@@ -125,14 +125,16 @@ export async function replaySpeed({ page, look, until }) {
 /** The moment of the past that is looked at outlives its run: `--loop` begins the next seed meanwhile. */
 export async function earlier({ page, look, until, same, near, forgive }) {
   const bar = page.locator("#status");
-  const seek = (time_s) => page.evaluate((time_s) => window.robocell.store.command({ do: "seek", time_s }), time_s);
+  const look_at = async (time_s) => {
+    const { ok, message } = await page.evaluate((time_s) => window.robocell.store.command({ do: "seek", time_s }), time_s);
+    if (!ok) throw new Error(`a look at ${time_s} s: ${message}`);
+    await until(`${time_s} s are shown`, (r, time_s) => (r.store.snapshot.flags & 16) !== 0 && Math.abs(r.store.snapshot.time - time_s) < 0.1, time_s);
+  };
   const seen = () => look((r) => ({ time: r.store.snapshot.time, phase: r.store.status.task.phase, letters: r.store.letters[0], tool: r.store.snapshot.arms[0].tcp.slice(0, 3) }));
   // A slow page sees the end of the first run.
   await until("some seconds of a run are recorded", (r) => r.store.timeline?.to_s > 4 && r.store.timeline.to_s < 8);
   const seed = await look((r) => r.store.hello.run.seed);
-  await seek(3);
-  await until("the past is shown", flag(NOT_LIVE));
-  await until("the moment is there", (r) => Math.abs(r.store.snapshot.time - 3) < 0.05);
+  await look_at(3);
   const then = await seen();
   await until("the next run has begun", (r) => r.store.earlier !== null);
   same("the moment", await seen(), then);
@@ -140,8 +142,7 @@ export async function earlier({ page, look, until, same, near, forgive }) {
   const tab = page.locator("#right .tab-panel:not([hidden]) > *").first();
   same("whether the task of then is shown", await tab.isVisible(), true);
   // Of other moments of that run the page has the state of physics.
-  await seek(7);
-  await until("another moment is shown", (r) => Math.abs(r.store.snapshot.time - 7) < 0.1);
+  await look_at(7);
   if (Math.hypot(...(await seen()).tool.map((x, axis) => x - then.tool[axis])) < 0.01) throw new Error("the arm has not moved");
   near("the tool that is drawn", await look((r) => r.view.tool().toArray()), (await seen()).tool, 3e-3);
   await tab.waitFor({ state: "hidden" });

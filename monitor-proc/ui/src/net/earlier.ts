@@ -10,14 +10,19 @@ const READ_SAMPLES = 1000;
 const READ_S = 600;
 /** Another scene that was asked for is there, or was refused, after this time (ms). */
 const LOADED_MS = 2000;
+/** So much is read of what follows the end of a task, in steps of the least length (s). */
+const AFTER_S = 6;
+const LEAST_S = 0.5;
 /** The monitor refuses a second reader: it is asked again after this time (ms). */
 const AGAIN_MS = 500;
 
 export class Earlier {
   /** Snapshots of the run that is looked at, oldest first. */
   private snapshots: Snapshot[] = [];
-  /** The run that `snapshots` are of, or were asked for. */
+  /** The run that `snapshots` are of, or were asked for, and when its task had ended (s). */
   private run: string | null = null;
+  private over_s = 0;
+  private reads = false;
 
   /** `reconnect` has the monitor tell everything about now. */
   constructor(
@@ -60,20 +65,26 @@ export class Earlier {
     return ack(true);
   }
 
-  /** Reads the whole run when its task has ended: the next one may begin some seconds later. */
+  /** Reads the run when its task has ended, and what comes after it: the next one begins some seconds later. */
   private prepare(): void {
-    const { store } = this;
+    const { store, reads } = this;
     const { past, hello, newest, timeline } = store;
-    if (store.earlier !== null || past === null || hello?.live !== true || timeline === null) return;
+    if (reads || store.earlier !== null || past === null || hello?.live !== true || timeline === null) return;
     const isOver = newest?.task.outcome === "done" || newest?.task.outcome === "failed";
-    if (!isOver || this.run === hello.run.id) return;
-    this.run = hello.run.id;
-    this.snapshots = [];
+    if (!isOver) return;
     const { from_s, to_s } = timeline;
-    void snapshotsOf({ from_s: Math.max(from_s, to_s - READ_S), to_s, epoch: null }, READ_SAMPLES).then((snapshots) => {
-      if (this.run !== hello.run.id) return;
-      if (snapshots.length > 0) this.snapshots = snapshots;
-      else setTimeout(() => (this.run = null), AGAIN_MS);
+    if (this.run !== hello.run.id) {
+      this.run = hello.run.id;
+      this.snapshots = [];
+      this.over_s = to_s;
+    }
+    const last = this.snapshots.at(-1)?.time;
+    const from = Math.max(last ?? from_s, from_s, to_s - READ_S);
+    if (to_s < from + LEAST_S || (last ?? 0) > this.over_s + AFTER_S) return;
+    this.reads = true;
+    void snapshotsOf({ from_s: from, to_s, epoch: null }, READ_SAMPLES).then((snapshots) => {
+      this.snapshots.push(...snapshots.filter(({ time }) => time > (last ?? -Infinity)));
+      setTimeout(() => (this.reads = false), AGAIN_MS);
     });
   }
 

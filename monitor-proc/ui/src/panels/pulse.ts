@@ -5,6 +5,7 @@ const PERIOD_MS = 100;
 
 export class Pulse {
   private measures: (() => void)[] = [];
+  private waits = false;
   private all: { element: Element | null; run: () => void; seen: boolean }[] = [];
 
   constructor() {
@@ -23,10 +24,14 @@ export class Pulse {
 
   /** Behind a picture of the browser: what was written before has its style and place by then. */
   private beat(): void {
-    if (!document.hidden) requestAnimationFrame(() => setTimeout(() => this.run()));
+    // Pictures may come more slowly than beats.
+    if (document.hidden || this.waits) return;
+    this.waits = true;
+    requestAnimationFrame(() => setTimeout(() => this.run()));
   }
 
   private run(): void {
+    this.waits = false;
     const { measures } = this;
     this.measures = [];
     for (const run of measures) run();

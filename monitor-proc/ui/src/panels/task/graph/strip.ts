@@ -2,7 +2,7 @@
 import type { Span } from "../../../net/protocol";
 import type { Store } from "../../../net/store";
 import type { PanelContext } from "../../context";
-import { el, setAttr, setText, setTitle } from "../../dom";
+import { el, setAttr, setTitle } from "../../dom";
 import { words } from "../../format";
 import { phaseHue } from "../../phase-hue";
 
@@ -45,7 +45,7 @@ export function stateStrip(context: PanelContext): Strip {
       ...lanes.map((lane) => {
         const recent = ended(store, lane).filter(({ span, to_s }) => span.label !== "" && to_s > now - 2 * SHOWN_S);
         const spans = recent.map(({ span, to_s }) => {
-          const node = el("span", { class: "state-span" });
+          const node = el("span", { class: "state-span" }, words(span.label));
           node.style.setProperty("--hue", String(phaseHue(span.label)));
           drawn.push({ span, to_s, node });
           return node;
@@ -89,7 +89,7 @@ function place(drawn: Drawn[], now: number): void {
     node.style.left = `${left}%`;
     node.style.width = `${right - left}%`;
     const end = to_s > now ? now : to_s;
-    setText(node, end - Math.max(span.from_s, now - SHOWN_S) < NAMED_S ? "" : words(span.label));
+    setAttr(node, "data-short", end - Math.max(span.from_s, now - SHOWN_S) < NAMED_S ? "" : null);
     setTitle(node, `${span.label}: ${span.from_s.toFixed(2)} s to ${end.toFixed(2)} s (${(end - span.from_s).toFixed(1)} s)`);
   }
 }
