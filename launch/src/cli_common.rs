@@ -41,7 +41,7 @@ pub struct DataArgs {
 /// A scene, its policy and its pace.
 #[derive(Clone, Debug, Args)]
 pub struct SceneArgs {
-    /// Policy of the task, or the address of a policy server, as ws://127.0.0.1:8765 [default: that of the demo]
+    /// Policy of the task, or the WebSocket address of a policy server [default: that of the demo]
     #[arg(long, value_name = "P")]
     pub policy: Option<String>,
     /// Varies poses and friction within the bounds of the cell file

@@ -64,7 +64,7 @@ pub struct EvalArgs {
 /// The options of every episode.
 #[derive(Clone, Debug, Args)]
 pub struct EpisodeArgs {
-    /// Policy of the task, or the address of a policy server, as ws://127.0.0.1:8765 [default: that of the demo]
+    /// Policy of the task, or the WebSocket address of a policy server [default: that of the demo]
     #[arg(long, value_name = "P")]
     pub policy: Option<String>,
     /// Runs at the same time

@@ -9,6 +9,7 @@
 //! before its shape and its numbers were checked.
 #![forbid(unsafe_code)]
 
+mod action;
 pub mod codec;
 pub mod failure;
 mod kept;

@@ -1,6 +1,5 @@
 //! A policy whose decisions are made by a server: as any other policy of a task.
 
-use std::fmt;
 use std::sync::Arc;
 
 use behavior::NodeStatus;
@@ -8,32 +7,20 @@ use behavior::graph::Graph;
 use cell_model::Cell;
 use cell_model::runs::policy_server::{PolicyServer, ServerReport};
 use ipc_types::trace::TraceEvent;
-use ipc_types::{GripperGoal, Text, WorldState};
+use ipc_types::{Text, WorldState};
 use robocell_skills::Setup;
 use robocell_task::{
-    AnyPolicy, ArmIntent, GoalKind, Goals, Job, Observation, Outcome, Output, Pose, Remote,
-    SetupError, checkpoint, ring,
+    AnyPolicy, Goals, Job, Observation, Outcome, Output, Remote, SetupError, checkpoint, ring,
 };
 use serde::{Deserialize, Serialize};
 
+use crate::action::{self, ArmAction};
 use crate::codec::{self, Convention, Rows};
 use crate::failure::{Failure, reason};
 use crate::kept::{self, Answer, HASH_START, Seen, Writer, hash};
 use crate::link::Link;
 use crate::observe::Eye;
 use crate::schedule::{STEP_MS, Schedule};
-
-/// Numbers of the action of an arm with the tool straight down: position of the TCP in the world
-/// frame (m), gripper.
-const SHORT: usize = 4;
-/// With an orientation (w x y z) before the gripper.
-const LONG: usize = 8;
-/// Gripper of an action: below it opens, above it closes, and here it stays.
-const KEEP: f32 = 0.5;
-/// Farthest position of an action (m).
-const MAX_POSITION_M: f64 = 100.0;
-/// A quaternion may differ from length 1 by this, and is then normalised.
-const LENGTH_TOLERANCE: f64 = 1.0e-2;
 
 const PHASES: [&str; 3] = ["waiting", "following", "stale"];
 
@@ -45,22 +32,12 @@ struct Memory {
     next: u64,
     /// Index in the list of phases.
     phase: usize,
-    /// By arm: position, orientation (w x y z) and gripper of the action in force; empty before
-    /// the first one.
+    /// By arm the action in force; empty before the first one.
     action: Vec<ArmAction>,
     /// Of all answers so far; 0 before the first.
     answers: u64,
     /// The request on its way.
     request: u64,
-}
-
-/// The action of an arm.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-struct ArmAction {
-    position: [f64; 3],
-    /// `None`: the arm holds.
-    orientation_wxyz: Option<[f64; 4]>,
-    gripper: f32,
 }
 
 /// Where answers come from.
@@ -144,11 +121,10 @@ impl RemotePolicy {
 
     fn ask(&mut self, step: u64, state: &WorldState) -> Result<(), Failure> {
         let arms = state.arms().iter().enumerate();
-        // An arm that holds has no position it was sent to.
         let goals = arms.map(|(arm, measured)| {
             let action = self.memory.action.get(arm);
-            let sent = action.filter(|action| action.orientation_wxyz.is_some());
-            sent.map_or(measured.tcp.position, |action| action.position)
+            let sent = action.and_then(ArmAction::position);
+            sent.unwrap_or(measured.tcp.position)
         });
         let goals: Vec<[f64; 3]> = goals.collect();
         let observations = self.eye.observe(state, &goals);
@@ -212,15 +188,14 @@ impl RemotePolicy {
         let Some(file) = &self.server.keep else {
             return Ok(());
         };
-        let writer = match self.writer.take() {
-            Some(writer) => writer,
-            None => {
-                // Answers of an earlier evaluation are compared before they are replaced.
-                for answer in kept::read(file).unwrap_or_default() {
-                    self.seen.agrees(&answer);
-                }
-                Writer::open(file, self.memory.schedule.requests > 1)?
+        let writer = if let Some(writer) = self.writer.take() {
+            writer
+        } else {
+            // Answers of an earlier evaluation are compared before they are replaced.
+            for answer in kept::read(file).unwrap_or_default() {
+                self.seen.agrees(&answer);
             }
+            Writer::open(file, self.memory.schedule.requests > 1)?
         };
         self.writer.insert(writer).add(answer)
     }
@@ -234,63 +209,20 @@ impl RemotePolicy {
         Ok(self.source.insert(source))
     }
 
+    /// The actions of all arms in a row.
+    fn action_of(&self, row: &[f32]) -> Result<Vec<ArmAction>, Failure> {
+        action::of_row(row, &self.down).map_err(|why| {
+            let message = format!("the answer of the policy server: {why}");
+            Failure::new(reason::INVALID, message)
+        })
+    }
+
     /// Refuses rows that an arm cannot execute.
     fn check(&self, rows: Rows) -> Result<Rows, Failure> {
         for row in &rows {
             self.action_of(row)?;
         }
         Ok(rows)
-    }
-
-    /// The actions of all arms in a row.
-    fn action_of(&self, row: &[f32]) -> Result<Vec<ArmAction>, Failure> {
-        let refused = |why: fmt::Arguments<'_>| {
-            Failure::new(
-                reason::INVALID,
-                format!("the answer of the policy server: {why}"),
-            )
-        };
-        let arms = self.down.len();
-        let long = row.len() == LONG * arms;
-        if !long && row.len() != SHORT * arms {
-            let (short, long) = (SHORT * arms, LONG * arms);
-            return Err(refused(format_args!(
-                "a row of \"actions\" has {} numbers; {short} (TCP position, gripper) or {long} (position, quaternion \
-                 wxyz, gripper) are needed",
-                row.len()
-            )));
-        }
-        let parts = row.chunks(if long { LONG } else { SHORT });
-        let parts = parts
-            .zip(&self.down)
-            .map(|(part, down)| action(part, *down).map_err(|why| refused(format_args!("{why}"))));
-        parts.collect()
-    }
-
-    /// The intents of the action in force.
-    fn command(&self, out: &mut Output) {
-        for (arm, action) in self.memory.action.iter().enumerate() {
-            let target = action.orientation_wxyz.map(|orientation_wxyz| Pose {
-                position: action.position,
-                orientation_wxyz,
-            });
-            out.arm(
-                arm,
-                ArmIntent {
-                    kind: target.map_or(GoalKind::Hold, |_| GoalKind::Pose),
-                    // One goal whose target moves, as an operator moves it.
-                    key: 1,
-                    target: target.unwrap_or(Pose::IDENTITY),
-                    gripper: match action.gripper {
-                        gripper if gripper < KEEP => GripperGoal::Open,
-                        gripper if gripper > KEEP => GripperGoal::Close,
-                        _ => GripperGoal::Keep,
-                    },
-                    grip_force: self.grip_force,
-                    ..ArmIntent::default()
-                },
-            );
-        }
     }
 }
 
@@ -318,51 +250,6 @@ fn kept(answers: &[Answer], number: u64, request: u64) -> Result<Rows, Failure> 
     }
 }
 
-/// The action of an arm, from 4 or 8 numbers.
-fn action(part: &[f32], down: [f64; 4]) -> Result<ArmAction, String> {
-    let numbers: Vec<f64> = part.iter().copied().map(f64::from).collect();
-    let position = numbers.first_chunk::<3>().copied().unwrap_or_default();
-    if let Some(far) = position.iter().find(|number| number.abs() > MAX_POSITION_M) {
-        return Err(format!(
-            "the position {far} m of an action is beyond {MAX_POSITION_M} m"
-        ));
-    }
-    let orientation = match numbers
-        .get(3..7)
-        .and_then(|part| <[f64; 4]>::try_from(part).ok())
-    {
-        None => Some(down),
-        // As in a data set: an arm that holds.
-        Some([0.0, 0.0, 0.0, 0.0]) => None,
-        Some(quaternion) => Some(unit(quaternion)?),
-    };
-    Ok(ArmAction {
-        position,
-        orientation_wxyz: orientation,
-        gripper: part.last().copied().unwrap_or(KEEP),
-    })
-}
-
-fn unit(quaternion: [f64; 4]) -> Result<[f64; 4], String> {
-    let length = quaternion
-        .iter()
-        .map(|part| part * part)
-        .sum::<f64>()
-        .sqrt();
-    if (length - 1.0).abs() > LENGTH_TOLERANCE {
-        return Err(format!(
-            "the quaternion of an action has the length {length}; 1 is needed"
-        ));
-    }
-    // One of 32 bits is executed as it is: then a recorded action gives its states again.
-    let rounded = (length - 1.0).abs() < 5.0e-7;
-    Ok(if rounded {
-        quaternion
-    } else {
-        quaternion.map(|part| part / length)
-    })
-}
-
 impl AnyPolicy for RemotePolicy {
     fn reset(&mut self) {
         // Each episode has a connection of its own: a server may remember.
@@ -385,7 +272,11 @@ impl AnyPolicy for RemotePolicy {
         };
         job.done = done;
         match result {
-            Ok(()) => self.command(out),
+            Ok(()) => {
+                for (arm, action) in self.memory.action.iter().enumerate() {
+                    out.arm(arm, action.intent(self.grip_force));
+                }
+            }
             Err(failure) => {
                 job.fail(&failure.reason);
                 out.event(

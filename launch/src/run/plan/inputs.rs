@@ -65,8 +65,8 @@ impl Inputs {
             controllers,
             replace,
             policy,
-            policy_server,
             script,
+            policy_server,
             warnings,
         })
     }

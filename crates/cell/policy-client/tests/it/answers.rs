@@ -62,7 +62,7 @@ fn warnings(program: &Program, address: &str, keep: &std::path::Path) -> Vec<Str
     };
     let all = std::sync::Mutex::new(Vec::new());
     evaluate(program, &plan, |ended| {
-        all.lock().unwrap().extend(ended.warnings.clone())
+        all.lock().unwrap().extend(ended.warnings.clone());
     })
     .unwrap();
     all.into_inner().unwrap()

@@ -132,10 +132,11 @@ fn a_server_of_vla_eval_is_asked_in_its_own_way() {
     );
 }
 
+type Answer = Box<dyn Fn() -> Reply + Send + Sync>;
+
 #[test]
 fn what_a_server_does_wrong_ends_the_episode_with_a_reason() {
     let action = |width: usize, value: f32| Reply::Bytes(rows(&[vec![value; width]]));
-    type Answer = Box<dyn Fn() -> Reply + Send + Sync>;
     let cases: Vec<(Answer, &str, &str)> = vec![
         (
             Box::new(|| Reply::Close),
@@ -210,7 +211,9 @@ fn the_actions_of_a_data_set_give_its_states_again() {
     }
     let server = openpi(move |number, _| {
         let next = actions.get(usize::try_from(number).unwrap());
-        next.map_or(Reply::Close, |row| Reply::Bytes(rows(&[row.clone()])))
+        next.map_or(Reply::Close, |row| {
+            Reply::Bytes(rows(std::slice::from_ref(row)))
+        })
     });
     let names = [("agent_pos".to_owned(), "observation/state".to_owned())];
     let with = PolicyServer {
@@ -226,9 +229,12 @@ fn the_actions_of_a_data_set_give_its_states_again() {
     assert_eq!(student.state().state_hash, teacher.state().state_hash);
 }
 
+/// Keys of a request, and the first number of its state.
+type Seen = (Vec<String>, f32);
+
 #[test]
 fn observations_have_the_names_of_the_file_and_their_faults() {
-    let seen: Arc<Mutex<Vec<(Vec<String>, f32)>>> = Arc::default();
+    let seen: Arc<Mutex<Vec<Seen>>> = Arc::default();
     let see = seen.clone();
     let server = openpi(move |number, request| {
         let keys = request.as_map().unwrap().iter();

@@ -1,4 +1,9 @@
 //! Policies behind a socket, against servers of these tests.
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "a test that cannot continue has failed"
+)]
 
 mod answers;
 mod codec;

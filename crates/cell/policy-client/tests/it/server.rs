@@ -45,9 +45,12 @@ pub(crate) fn rows(rows: &[Vec<f32>]) -> Vec<u8> {
 }
 
 fn array(rows: &[Vec<f32>], with_bytes: bool) -> Value {
-    let key = |name: &str| match with_bytes {
-        true => Value::Binary(name.as_bytes().to_vec()),
-        false => name.into(),
+    let key = |name: &str| {
+        if with_bytes {
+            Value::Binary(name.as_bytes().to_vec())
+        } else {
+            name.into()
+        }
     };
     let width = rows.first().map_or(0, Vec::len);
     let data = rows

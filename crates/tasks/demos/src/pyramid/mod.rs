@@ -47,7 +47,7 @@ const KEYS: WorkKeys = WorkKeys {
 };
 
 /// A stack of any cubes for each arm.
-fn goals(task: &PyramidTask, cell: &Cell) -> Result<Goals, SetupError> {
+fn goals(task: &PyramidTask, cell: &Cell) -> Goals {
     let count = task.required_count as usize;
     let heights_m = (task.base_height_m, task.layer_height_m);
     let slots = |goal_m| Slots {
@@ -56,13 +56,13 @@ fn goals(task: &PyramidTask, cell: &Cell) -> Result<Goals, SetupError> {
         tolerance_m: [task.goal_tolerance_m, HEIGHT_TOLERANCE_M],
     };
     let arms = cell.arms.iter().filter_map(|arm| task.robot.get(&arm.name));
-    Ok(Goals(arms.map(|arm| slots(arm.goal_m)).collect()))
+    Goals(arms.map(|arm| slots(arm.goal_m)).collect())
 }
 
 /// `kind = "pyramid"` and its policy.
 pub fn kind() -> Kind<PyramidTask> {
     Kind::<PyramidTask>::new("pyramid")
-        .goals(goals)
+        .goals(|task, cell| Ok(goals(task, cell)))
         .policy("json", |task, cell| Ok(Box::new(policy(task, cell)?)))
         .trees(|data: &Data| {
             let cell = Cell::load(data, DEMO, 0, None)?;

@@ -76,9 +76,12 @@ pub(crate) const POLICY_ANSWER: Target = Target {
     corpus: || {
         // {"actions": a 2 x 4 array of float32}, with keys of text and of bytes.
         let array = |key: u8| {
-            let name = |text: &str| match key {
-                0 => [&[0xa0 + text.len() as u8], text.as_bytes()].concat(),
-                _ => [&[0xc4, text.len() as u8], text.as_bytes()].concat(),
+            let name = |text: &str| {
+                let length = u8::try_from(text.len()).expect("a short name");
+                match key {
+                    0 => [&[0xa0 + length], text.as_bytes()].concat(),
+                    _ => [&[0xc4, length], text.as_bytes()].concat(),
+                }
             };
             let data = [&[0xc4, 32][..], &[0; 32]].concat();
             [
