@@ -41,6 +41,10 @@ pub struct EvalArgs {
     /// Record the decisions of each episode, and a state for each action, to this directory
     #[arg(long, value_name = "DIR", requires = "rate")]
     pub record: Option<PathBuf>,
+    /// Write hashes of colour, depth and mask of the last picture of this camera into the row;
+    /// may be repeated
+    #[arg(long, value_name = "CAMERA")]
+    pub frame_hash: Vec<String>,
     /// Simulated time from an observation to its actions, of a policy behind a socket; of several
     /// each is run with every seed (ms)
     #[arg(long, value_name = "MS[,MS..]", value_delimiter = ',', requires = "policy", value_parser = latency)]

@@ -48,6 +48,7 @@ fn run_seeds(args: &EvalArgs) -> Result<(), Failure> {
             is_given || !args.latency_ms.is_empty() || !args.fault.is_empty(),
         )?;
     }
+    order.add("--frame-hash", args.frame_hash.iter().cloned());
     order.add("--latency-ms", args.latency_ms.iter().map(u32::to_string));
     order.add("--fault", args.fault.iter().map(Fault::to_string));
     order.add("--names", names.as_deref().map(path));

@@ -66,6 +66,7 @@ fn with_page(args: &RunArgs, page: Option<Page>) -> Result<Plan, Failure> {
         set: args.set.clone(),
         replace: inputs.replace,
         action_hz: None,
+        frame_hash: Vec::new(),
         policy_server: inputs.policy_server,
         until_done: args.until_done,
         time_limit_s: limit,

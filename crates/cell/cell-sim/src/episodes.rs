@@ -170,7 +170,11 @@ pub fn files(program: &Program, spec: &RunSpec) -> Result<BTreeMap<String, Strin
     // The task reads more files while it is set up. A scene that cannot be set up may depend on
     // the seed, so it is not an error here: each episode reports its own.
     match OneProcess::with(&program.policies, &program.controllers, spec, cell) {
-        Ok(_) | Err(SimError::World(_)) => Ok(log.files()),
+        Ok(sim) => {
+            sim.frames(&spec.frame_hash)?;
+            Ok(log.files())
+        }
+        Err(SimError::World(_)) => Ok(log.files()),
         Err(error) => Err(error),
     }
 }

@@ -87,6 +87,7 @@ pub fn template(demo: &str, policy: &str) -> RunSpec {
         set: Vec::new(),
         replace: Vec::new(),
         action_hz: None,
+        frame_hash: Vec::new(),
         policy_server: None,
         until_done: true,
         time_limit_s: None,

@@ -5,6 +5,7 @@
 pub mod action;
 pub mod episodes;
 pub mod eval;
+mod frames;
 pub mod given;
 pub mod one_process;
 mod record;
@@ -78,6 +79,9 @@ pub enum SimError {
         /// Why.
         source: std::io::Error,
     },
+    /// A camera that the cell does not have.
+    #[error("--frame-hash: {0}")]
+    Camera(#[from] camera::UnknownCamera),
     /// A rate of actions.
     #[error(transparent)]
     Rate(#[from] action::RateError),

@@ -49,6 +49,8 @@ pub fn to_the_end_unless(
         ..spec.clone()
     };
     let mut sim = OneProcess::with(&program.policies, &program.controllers, &spec, cell)?;
+    // A wrong name must not cost the time of the run.
+    sim.frames(&spec.frame_hash)?;
     let mut recorder = recorder(&spec)?;
     let mut stopped = false;
     loop {
@@ -68,6 +70,7 @@ pub fn to_the_end_unless(
         recorder.finish(&sim)?;
     }
     let mut summary = sim.summary(&spec, began.elapsed().as_secs_f64());
+    summary.frames = sim.frames(&spec.frame_hash)?;
     if stopped {
         summary.outcome = RunOutcome::Stopped;
     // No step and no end: a script paused the cell. Reported as a warning, because the run

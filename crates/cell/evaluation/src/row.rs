@@ -117,6 +117,9 @@ pub struct Row {
     pub script_left: u32,
     /// Hash of the last state, 16 hexadecimal digits; empty after an error.
     pub state_hash: String,
+    /// Hashes of colour, depth and mask of the last picture of each camera of `--frame-hash`.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub frames: BTreeMap<String, String>,
 }
 
 #[allow(clippy::trivially_copy_pass_by_ref, reason = "as serde calls it")]
@@ -171,6 +174,7 @@ impl Row {
             self_contacts: summary.self_contacts,
             script_left: summary.script_left,
             state_hash: summary.state_hash.clone(),
+            frames: summary.frames.clone(),
         }
     }
 
@@ -211,6 +215,7 @@ impl Row {
             self_contacts: 0,
             script_left: 0,
             state_hash: String::new(),
+            frames: BTreeMap::new(),
         }
     }
 }

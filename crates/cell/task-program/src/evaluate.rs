@@ -79,6 +79,9 @@ pub(crate) struct EvalArgs {
     /// Rate of the actions (Hz).
     #[arg(long)]
     pub(crate) rate: Option<u32>,
+    /// Cameras whose last picture is hashed.
+    #[arg(long)]
+    pub(crate) frame_hash: Vec<String>,
     /// Latencies of a policy server (ms).
     #[arg(long)]
     pub(crate) latency_ms: Vec<u32>,
@@ -229,6 +232,7 @@ fn plan(
     args.rate.map(Hold::new).transpose()?;
     spec.action_hz = args.rate;
     spec.policy_server = server(args)?;
+    spec.frame_hash.clone_from(&args.frame_hash);
     let cell = spec.load_cell_from(&program.data)?;
     if let Some(path) = &args.script {
         spec.script = run::script(path, &cell)?;

@@ -259,6 +259,9 @@ fn identity(program: &Program, order: &Order<'_>) -> Result<Identity, RowsError>
     if let Some(rate) = spec.action_hz {
         options["rate"] = serde_json::json!(rate);
     }
+    if !spec.frame_hash.is_empty() {
+        options["frame_hash"] = serde_json::json!(spec.frame_hash);
+    }
     if let Some(server) = &spec.policy_server {
         options["names"] = serde_json::json!(server.names);
     }

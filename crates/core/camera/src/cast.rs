@@ -65,8 +65,9 @@ impl Solid {
         }
     }
 
-    /// Distance along each ray to the outside of the shape; [`FAR`] where it is not hit.
-    pub(crate) fn cast(&self, rays: &Rays) -> Lanes {
+    /// Distance along each ray to the outside of the shape; [`FAR`] where it is not hit. The panels
+    /// of a bin are shapes of their own: one that is nearer than `from` hides no other one.
+    pub(crate) fn cast(&self, rays: &Rays, from: f32) -> Lanes {
         match self {
             Self::Box(half) => cuboid(*half, rays),
             Self::Ball(radius) => ball(*radius, 0.0, rays),
@@ -77,7 +78,7 @@ impl Solid {
                 let ends = nearer(ball(*radius, *half, rays), ball(*radius, -half, rays));
                 nearer(side(*radius, *half, rays), ends)
             }
-            Self::Bin(whole, panels) => bin(*whole, panels, rays),
+            Self::Bin(whole, panels) => bin(*whole, panels, rays, from),
         }
     }
 
@@ -176,7 +177,7 @@ fn slabs(half: [f32; 3], rays: &Rays) -> (Lanes, Lanes) {
 }
 
 #[inline]
-fn bin(whole: [f32; 3], panels: &[([f32; 3], [f32; 3]); 5], rays: &Rays) -> Lanes {
+fn bin(whole: [f32; 3], panels: &[([f32; 3], [f32; 3]); 5], rays: &Rays, from: f32) -> Lanes {
     let (enter, leave) = slabs(whole, rays);
     let mut nearest = splat(FAR);
     // From inside of the box around it panels can be hit as well.
@@ -190,7 +191,9 @@ fn bin(whole: [f32; 3], panels: &[([f32; 3], [f32; 3]); 5], rays: &Rays) -> Lane
             y - splat(centre[1]),
             z - splat(centre[2]),
         ];
-        nearest = nearer(cuboid(*half, &Rays { origin, ..*rays }), nearest);
+        let at = cuboid(*half, &Rays { origin, ..*rays });
+        let at = at.simd_gt(splat(from)).select(at, splat(FAR));
+        nearest = nearer(at, nearest);
     }
     nearest
 }

@@ -1,6 +1,9 @@
 //! The light of a picture.
 
+use cell_model::cells::file::LightTable;
 use nalgebra::Vector3;
+
+use crate::cast::single;
 
 /// One distant light, and the light that comes from everywhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,14 +20,21 @@ pub struct Light {
     pub background: [f32; 3],
 }
 
-impl Default for Light {
-    fn default() -> Self {
+impl Light {
+    /// The light of a cell.
+    pub fn of(light: &LightTable) -> Self {
         Self {
-            direction: Vector3::new(0.35, -0.45, 1.0).normalize(),
-            direct: 0.55,
-            from_above: 0.52,
-            from_below: 0.30,
+            direction: Vector3::new(light.from_x, light.from_y, 1.0).normalize(),
+            direct: single(light.direct),
+            from_above: single(light.from_above),
+            from_below: single(light.from_below),
             background: [0.90, 0.92, 0.95],
         }
+    }
+}
+
+impl Default for Light {
+    fn default() -> Self {
+        Self::of(&LightTable::default())
     }
 }

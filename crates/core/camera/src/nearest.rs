@@ -85,7 +85,7 @@ impl Nearest {
                     start[1] + right[1] * slope,
                     start[2] + right[2] * slope,
                 ];
-                let at = body.solid.cast(&Rays { origin, direction });
+                let at = body.solid.cast(&Rays { origin, direction }, NEAR_M);
                 let (depth, seen) = (&mut self.depth[line + group], &mut self.body[line + group]);
                 let is_nearer = at.simd_lt(*depth) & at.simd_gt(Lanes::splat(NEAR_M));
                 *depth = is_nearer.select(at, *depth);

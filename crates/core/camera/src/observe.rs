@@ -33,7 +33,7 @@ pub fn observe(
     };
     let cameras: Vec<&CameraSpec> = names.iter().map(known).collect::<Result<_, _>>()?;
     let scene = Scene::new(cell, state);
-    let light = Light::default();
+    let light = Light::of(&cell.light);
     let pictures = cameras
         .into_iter()
         .map(|camera| draw(&scene, &View::of(cell, state, camera), &light));

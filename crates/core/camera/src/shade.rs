@@ -293,10 +293,13 @@ impl<'a> Shaded<'a> {
     /// Mask of the points that the body shades.
     fn shades(&self, points: &[Lanes; 3]) -> Lanes {
         let origin = self.local(points);
-        let at = self.body.solid.cast(&Rays {
-            origin,
-            direction: self.light,
-        });
+        let at = self.body.solid.cast(
+            &Rays {
+                origin,
+                direction: self.light,
+            },
+            0.0,
+        );
         at.simd_lt(Lanes::splat(SHADOW_M))
     }
 }

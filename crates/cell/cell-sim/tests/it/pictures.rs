@@ -1,9 +1,11 @@
 //! Pictures of the cameras of a cell, against rays of the physics engine.
 
 use camera::{Light, NEAR_M, Picture, Scene, View, draw, instances};
+use cell_model::cells::setting::Setting;
 use cell_model::random::Random;
+use cell_model::runs::spec::RunSpec;
 use cell_model::{Cell, Data, Shape};
-use cell_sim::{OneProcess, eval::template};
+use cell_sim::{OneProcess, eval::template, run};
 use ipc_types::WorldState;
 use ipc_types::world::OBJECT_ENABLED;
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
@@ -232,4 +234,61 @@ fn pictures_have_the_same_bits_on_every_machine() {
         ],
     ];
     assert_eq!(hashes, known, "{hashes:#018x?}");
+}
+
+#[test]
+fn settings_change_light_and_colours_and_nothing_else() {
+    let load = |set: &[&str]| {
+        let set: Vec<Setting> = set
+            .iter()
+            .map(|text| text.parse().expect("a setting"))
+            .collect();
+        Cell::load_with(&Data::checkout(), "cube", 3, None, &set).expect("a cell")
+    };
+    let (_, state) = cell_after("cube", 3, 0);
+    let seen = |set: &[&str]| {
+        let pictures = camera::observe(&load(set), &state, &["front".to_owned()]);
+        pictures.expect("a camera").remove(0)
+    };
+    let usual = seen(&[]);
+    for set in [
+        "light.direct=0.2",
+        "light.from_x=-1.5",
+        "object.cube.colour.0=0.1",
+    ] {
+        let other = seen(&[set]);
+        assert_ne!(usual.rgb, other.rgb, "{set}");
+        assert_eq!((&usual.depth_m, &usual.mask), (&other.depth_m, &other.mask));
+    }
+}
+
+#[test]
+fn the_last_picture_is_hashed_on_request() {
+    let run = |camera: &str| {
+        let spec = RunSpec {
+            frame_hash: vec![camera.to_owned()],
+            time_limit_s: Some(0.1),
+            ..template("cube", "ifelse")
+        };
+        run::to_the_end(&crate::program(), &spec, |_| {})
+    };
+    let summary = run("wrist").expect("a run");
+    let cell = Cell::load(&Data::checkout(), "cube", 0, None).expect("a demo");
+    let mut sim = OneProcess::new(
+        &demos::policies(),
+        &template("cube", "ifelse"),
+        cell.clone(),
+    )
+    .expect("a cell");
+    for _ in 0..100 {
+        sim.tick().expect("a tick");
+    }
+    let [rgb, depth, mask] = picture(&cell, sim.state(), "wrist").1.hashes();
+    let known = format!("{rgb:016x} {depth:016x} {mask:016x}");
+    assert_eq!(summary.frames["wrist"], known);
+    let error = run("rear").expect_err("no such camera").to_string();
+    assert!(
+        error.contains("--frame-hash") && error.contains("'rear'"),
+        "{error}"
+    );
 }

@@ -26,6 +26,7 @@ fn record(dir: &Path, demo: &str, seed: u64) -> Recording {
     let cell = Cell::load(&Data::checkout(), demo, seed, None).unwrap();
     let spec = RunSpec {
         action_hz: Some(20),
+        frame_hash: Vec::new(),
         policy_server: None,
         seed,
         arms: u8::try_from(cell.arms.len()).unwrap(),
@@ -158,6 +159,7 @@ fn an_episode_that_cannot_be_recorded_is_an_error_of_its_own() {
     let spec = RunSpec {
         time_limit_s: Some(0.1),
         action_hz: Some(20),
+        frame_hash: Vec::new(),
         policy_server: None,
         ..template("cube", "ifelse")
     };

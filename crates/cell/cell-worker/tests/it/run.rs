@@ -52,6 +52,7 @@ impl Run {
             set: Vec::new(),
             replace: Vec::new(),
             action_hz: None,
+            frame_hash: Vec::new(),
             policy_server: None,
             until_done: false,
             time_limit_s: None,

@@ -197,6 +197,7 @@ fn the_actions_of_a_data_set_give_its_states_again() {
     let cell = Cell::load(&Data::checkout(), demo, 3, None).unwrap();
     let recorded = RunSpec {
         action_hz: Some(20),
+        frame_hash: Vec::new(),
         policy_server: None,
         seed: 3,
         ..template(demo, &cell.default_policy)

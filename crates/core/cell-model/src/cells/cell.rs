@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use crate::cells::check_file;
-use crate::cells::file::CellFile;
+use crate::cells::file::{CellFile, LightTable};
 use crate::cells::replace::Replace;
 use crate::cells::setting::{self, Setting};
 use crate::cells::task_table::TaskTable;
@@ -77,6 +77,8 @@ pub struct Cell {
     pub camera: Camera,
     /// Cameras whose pictures are computed, `front` first.
     pub cameras: Vec<CameraSpec>,
+    /// The light of their pictures.
+    pub light: LightTable,
     /// Source of the cell file, and of other files that it names.
     pub data: Data,
     /// Leaves of the task's tree that answer without being run (`--replace`).
@@ -186,6 +188,7 @@ impl Cell {
             task: TaskTable::new(table.task, file, text),
             camera: table.camera,
             cameras,
+            light: table.light,
             data: data.clone(),
             replace: Vec::new(),
             policy_server: None,

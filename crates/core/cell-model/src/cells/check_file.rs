@@ -30,6 +30,17 @@ pub(crate) fn check(file: &str, text: &str, cell: &CellFile) -> Result<(), Model
         -MAX_COORDINATE_M,
         MAX_COORDINATE_M,
     )?;
+    let light = cell.light;
+    checker.ranges(
+        "light",
+        &[
+            ("from_x", light.from_x, -5.0, 5.0),
+            ("from_y", light.from_y, -5.0, 5.0),
+            ("direct", light.direct, 0.0, 1.0),
+            ("from_above", light.from_above, 0.0, 1.0),
+            ("from_below", light.from_below, 0.0, 1.0),
+        ],
+    )?;
     // Counts before names: names are compared in pairs.
     checker.counts(cell)?;
     checker.names(cell)?;

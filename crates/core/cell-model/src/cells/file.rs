@@ -25,6 +25,9 @@ pub struct CellFile {
     /// `[cameras.NAME]` tables.
     #[serde(default)]
     pub cameras: BTreeMap<String, CameraTable>,
+    /// The light of their pictures.
+    #[serde(default)]
+    pub light: LightTable,
     /// `[[arm]]` tables.
     #[serde(default, rename = "arm")]
     pub arms: Vec<ArmTable>,
@@ -75,6 +78,34 @@ pub struct Disturbance {
     pub yaw_noise_rad: f64,
     /// The drives of an arm follow the joint setpoints this much later, in whole ticks (s).
     pub drive_delay_s: f64,
+}
+
+/// `[light]` of the pictures of cameras: a distant light, and light from everywhere.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct LightTable {
+    /// The distant light is in the direction (`from_x`, `from_y`, 1), world frame.
+    pub from_x: f64,
+    /// See `from_x`.
+    pub from_y: f64,
+    /// Distant light on a surface that faces it, 0 to 1.
+    pub direct: f64,
+    /// Light on every surface that faces up, 0 to 1.
+    pub from_above: f64,
+    /// Light on every surface that faces down, 0 to 1.
+    pub from_below: f64,
+}
+
+impl Default for LightTable {
+    fn default() -> Self {
+        Self {
+            from_x: 0.35,
+            from_y: -0.45,
+            direct: 0.55,
+            from_above: 0.52,
+            from_below: 0.30,
+        }
+    }
 }
 
 /// `[camera]`: world frame.

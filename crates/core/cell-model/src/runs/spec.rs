@@ -85,6 +85,9 @@ pub struct RunSpec {
     /// held for its period and has numbers of 32 bits. `None`: with every decision.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub action_hz: Option<u32>,
+    /// Cameras whose last picture is hashed into the summary.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub frame_hash: Vec<String>,
     /// How a policy behind a socket is used; the defaults where missing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub policy_server: Option<PolicyServer>,

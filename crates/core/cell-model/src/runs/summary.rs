@@ -92,6 +92,10 @@ pub struct RunSummary {
     /// where none was.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub restarts: BTreeMap<String, u32>,
+    /// Hashes of colour, depth and mask of the last picture of each camera of `--frame-hash`, by its
+    /// name; missing without one.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub frames: BTreeMap<String, String>,
     /// What a policy behind a socket was asked; missing without one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub policy_server: Option<ServerReport>,
@@ -169,6 +173,7 @@ impl RunSummary {
             faults: Vec::new(),
             record_files: Vec::new(),
             restarts: BTreeMap::new(),
+            frames: BTreeMap::new(),
             policy_server: None,
             script_replies: Vec::new(),
         }

@@ -27,6 +27,7 @@ fn record(
     let cell = Cell::load(&Data::checkout(), demo, 1, None).unwrap();
     let spec = RunSpec {
         action_hz: Some(20),
+        frame_hash: Vec::new(),
         policy_server: None,
         arms: u8::try_from(cell.arms.len()).unwrap(),
         time_limit_s: Some(limit_s),

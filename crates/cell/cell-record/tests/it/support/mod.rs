@@ -36,6 +36,7 @@ pub(crate) fn run() -> RunSpec {
         script: Vec::new(),
         paused: false,
         action_hz: None,
+        frame_hash: Vec::new(),
         policy_server: None,
         until_done: false,
         time_limit_s: None,
