@@ -14,10 +14,10 @@ pub struct ServerArgs {
     /// Write the answers of a policy behind a socket to this directory
     #[arg(long, value_name = "DIR", requires = "policy")]
     pub keep_answers: Option<PathBuf>,
-    /// Use the answers in this directory in place of the server
+    /// Use the answers in this directory, or file of one episode, in place of the server
     #[arg(
         long,
-        value_name = "DIR",
+        value_name = "DIR|FILE",
         requires = "policy",
         conflicts_with = "keep_answers"
     )]

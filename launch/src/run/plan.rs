@@ -42,6 +42,11 @@ fn with_page(args: &RunArgs, page: Option<Page>) -> Result<Plan, Failure> {
     let dir = RunDir::of(&args.cell.cell);
     let limit = limit_of(args, &cell);
     let (run, root, prefix) = site_of(&dir)?;
+    // Simulation waits for a policy server in lockstep, for longer than a process may hang.
+    let waits = inputs
+        .policy_server
+        .as_ref()
+        .is_some_and(|server| !server.real_time);
     let about_arms = about_arms(args, &cell, inputs.robot.as_ref());
     let spec = RunSpec {
         contract: wire::contract(),
@@ -82,7 +87,7 @@ fn with_page(args: &RunArgs, page: Option<Page>) -> Result<Plan, Failure> {
         objects: cell.objects.iter().map(|o| o.name.clone()).collect(),
         policies: cell.policies,
         loops: args.again,
-        watchdog: !args.no_watchdog,
+        watchdog: !args.no_watchdog && !waits,
         secrets: page.as_ref().map(|page| page.secrets().clone()),
         about_arms,
         install: cell_files::install,

@@ -39,6 +39,7 @@ mod page_serving;
 mod physics_kills;
 mod pictures;
 mod plot;
+mod policy_server;
 mod replaced;
 mod replay;
 mod restart_latency;

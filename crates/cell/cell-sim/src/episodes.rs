@@ -11,7 +11,6 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use cell_model::cells::axis::Axis;
-use cell_model::cells::setting::Setting;
 use cell_model::cells::sweep::{Bounds, Case, Cases, Sweep};
 use cell_model::runs::policy_server::PolicyServer;
 use cell_model::runs::spec::RunSpec;
@@ -141,10 +140,11 @@ fn server_of(server: Option<PolicyServer>, case: &Case, name: &str) -> Option<Po
     if case.latency_ms.is_none() && case.fault.is_none() {
         return server;
     }
+    let server = server.unwrap_or_default();
     Some(PolicyServer {
-        latency_ms: case.latency_ms.unwrap_or_default(),
+        latency_ms: case.latency_ms.unwrap_or(server.latency_ms),
         fault: case.fault.clone(),
-        ..server.unwrap_or_default()
+        ..server
     })
 }
 
@@ -188,7 +188,7 @@ pub fn cases(program: &Program, spec: &RunSpec, sweep: Sweep) -> Result<Cases, S
     let (file, text) = cell_file(program, spec)?;
     let cases = sweep.cases(&file, &text)?;
     for case in cases.samples(spec.seed) {
-        try_settings(program, spec, case.settings())?;
+        try_settings(program, spec, &case)?;
     }
     Ok(cases)
 }
@@ -201,7 +201,11 @@ pub fn axis(program: &Program, spec: &RunSpec, bounds: Bounds) -> Result<Axis, S
     let (file, text) = cell_file(program, spec)?;
     let axis = Axis::new(bounds, &file, &text)?;
     for end in axis.ends() {
-        try_settings(program, spec, vec![axis.at(&end)])?;
+        let case = Case {
+            set: vec![axis.at(&end)],
+            ..Case::default()
+        };
+        try_settings(program, spec, &case)?;
     }
     Ok(axis)
 }
@@ -216,10 +220,11 @@ fn cell_file(program: &Program, spec: &RunSpec) -> Result<(String, Cow<'static, 
     Ok((data.name_of(&file), data.read(&file)?))
 }
 
-/// Sets up the cell and its task with these numbers, and drops them.
-fn try_settings(program: &Program, spec: &RunSpec, set: Vec<Setting>) -> Result<(), SimError> {
+/// Sets up the cell and its task of a case, and drops them.
+fn try_settings(program: &Program, spec: &RunSpec, case: &Case) -> Result<(), SimError> {
     let spec = RunSpec {
-        set,
+        set: case.settings(),
+        policy_server: server_of(spec.policy_server.clone(), case, ""),
         ..spec.clone()
     };
     let cell = spec.load_cell_from(&program.data)?;

@@ -82,6 +82,14 @@ pub enum SimError {
     /// A camera that the cell does not have.
     #[error("--frame-hash: {0}")]
     Camera(#[from] camera::UnknownCamera),
+    /// No directory of kept answers.
+    #[error("--answers {path}: {source}; --keep-answers writes such a directory", path = path.display())]
+    Answers {
+        /// The directory.
+        path: std::path::PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
     /// A rate of actions.
     #[error(transparent)]
     Rate(#[from] action::RateError),

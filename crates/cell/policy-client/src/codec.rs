@@ -9,6 +9,9 @@ use rmpv::decode::read_value_with_max_depth;
 /// Deepest nesting of an answer that is read.
 const DEPTH: usize = 32;
 
+/// Largest number of rows of an answer: a checkpoint has all of them.
+const MAX_ROWS: usize = 1000;
+
 /// Longest part of a server's own message that is repeated (characters).
 const QUOTED: usize = 300;
 
@@ -162,6 +165,12 @@ pub fn actions(convention: Convention, bytes: &[u8]) -> Result<Rows, AnswerError
         return Err(invalid(
             "\"actions\" is empty, or has rows of several lengths",
         ));
+    }
+    if rows.len() > MAX_ROWS {
+        let count = rows.len();
+        return Err(invalid(format!(
+            "\"actions\" has {count} rows; at most {MAX_ROWS} are read"
+        )));
     }
     match rows.iter().flatten().find(|number| !number.is_finite()) {
         Some(number) => Err(invalid(format!(

@@ -8,7 +8,7 @@ use std::sync::{Mutex, PoisonError};
 
 use serde::{Deserialize, Serialize};
 
-use crate::codec::Rows;
+use crate::codec::{Convention, Rows};
 use crate::failure::{Failure, reason};
 
 /// FNV-1a of 64 bits: the same in every build.
@@ -24,7 +24,10 @@ pub(crate) const HASH_START: u64 = 0xcbf2_9ce4_8422_2325;
 /// One answer; a line of the file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Answer {
-    /// Hash of the observations, 16 hexadecimal digits.
+    /// Number of the request in its episode, from 1. A request that was sent again has the same.
+    pub(crate) number: u64,
+    /// Hash of the observations of the episode up to this request, 16 hexadecimal digits: a server
+    /// may remember.
     pub(crate) request: String,
     /// The actions; empty after a failure.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -36,8 +39,9 @@ pub(crate) struct Answer {
 
 impl Answer {
     /// The answer to a request.
-    pub(crate) fn new(request: u64, result: &Result<Rows, Failure>) -> Self {
+    pub(crate) fn new(number: u64, request: u64, result: &Result<Rows, Failure>) -> Self {
         Self {
+            number,
             request: format!("{request:016x}"),
             rows: result.as_ref().ok().cloned().unwrap_or_default(),
             failure: result.as_ref().err().cloned(),
@@ -129,16 +133,43 @@ impl Writer {
     }
 }
 
-/// The answers to all requests of this process: a server that answers one of them in two ways
-/// makes rows that do not repeat.
+/// What is known of the servers of this process.
 #[derive(Debug, Default)]
-pub(crate) struct Seen(Mutex<HashMap<String, u64>>);
+pub(crate) struct Seen {
+    /// By request the hash of its answer: a server that answers one request in two ways makes rows
+    /// that do not repeat.
+    answers: Mutex<HashMap<String, u64>>,
+    /// By address the convention, which is found with the first connection.
+    conventions: Mutex<HashMap<String, Convention>>,
+}
 
 impl Seen {
-    /// Adds an answer; `false` if the request had another one before.
+    /// The convention of a server, if it is known.
+    pub(crate) fn convention(&self, address: &str) -> Option<Convention> {
+        let known = self
+            .conventions
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        known.get(address).copied()
+    }
+
+    /// Keeps the convention of a server.
+    pub(crate) fn found(&self, address: &str, convention: Convention) {
+        let mut known = self
+            .conventions
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        known.insert(address.to_owned(), convention);
+    }
+
+    /// Adds an answer; `false` if the request had other rows before.
     pub(crate) fn agrees(&self, answer: &Answer) -> bool {
+        // A server that was not started yet gave no answer.
+        if answer.failure.is_some() {
+            return true;
+        }
         let own = answer.hash(HASH_START);
-        let mut seen = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut seen = self.answers.lock().unwrap_or_else(PoisonError::into_inner);
         *seen.entry(answer.request.clone()).or_insert(own) == own
     }
 }

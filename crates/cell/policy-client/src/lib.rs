@@ -1,8 +1,8 @@
 //! Policies behind a socket: a server gets observations and answers chunks of actions, in the
 //! conventions of openpi and of vla-eval.
 //!
-//! Latency is simulated time: the world moves on while the model thinks, and a run depends on
-//! the answers alone, wherever and however fast they were computed (ADR 38).
+//! Latency is simulated time, and a run depends on the answers alone, wherever and however fast
+//! they were computed (ADR 38).
 //!
 //! What can go wrong: a server that is killed, slow, or answers anything at all. The rule: it ends
 //! the episode with a reason of [`failure::reason`], never the process, and nothing of it is used

@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs as _};
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, channel};
 use std::time::{Duration, Instant};
 
@@ -12,6 +13,7 @@ use tungstenite::{Message, WebSocket};
 
 use crate::codec::{self, AnswerError, Convention, Observations, Rows};
 use crate::failure::{Failure, reason};
+use crate::kept::Seen;
 
 /// Longest wait for a connection.
 const CONNECT_LIMIT: Duration = Duration::from_secs(10);
@@ -19,6 +21,8 @@ const CONNECT_LIMIT: Duration = Duration::from_secs(10);
 const HELLO_LIMIT: Duration = Duration::from_secs(3);
 /// Longest wait for an answer: a model may be compiled for its first one.
 const ANSWER_LIMIT: Duration = Duration::from_secs(120);
+/// Time without an observation after which pings are answered.
+const IDLE: Duration = Duration::from_secs(5);
 /// Largest message of a server (bytes).
 pub const MAX_MESSAGE_BYTES: usize = 16 * 1024 * 1024;
 
@@ -32,12 +36,12 @@ pub(crate) struct Link {
 impl Link {
     /// Begins to connect to `address`, as `ws://127.0.0.1:8765`. Observations are sent under the
     /// keys of `names`; without any, under those of the server's convention.
-    pub(crate) fn open(address: &str, names: &BTreeMap<String, String>) -> Self {
+    pub(crate) fn open(address: &str, names: &BTreeMap<String, String>, seen: &Arc<Seen>) -> Self {
         let (requests, observations) = channel();
         let (results, answers) = channel();
-        let (address, names) = (address.to_owned(), names.clone());
+        let (address, names, seen) = (address.to_owned(), names.clone(), seen.clone());
         let serve = move || {
-            let ended = Connection::open(&address, names)
+            let ended = Connection::open(&address, names, &seen)
                 .and_then(|connection| connection.serve(&observations, &results));
             if let Err(failure) = ended {
                 results.send(Err(failure)).ok();
@@ -135,7 +139,7 @@ struct Connection {
 }
 
 impl Connection {
-    fn open(address: &str, names: BTreeMap<String, String>) -> Result<Self, Failure> {
+    fn open(address: &str, names: BTreeMap<String, String>, seen: &Seen) -> Result<Self, Failure> {
         let refused = |why: String| {
             Failure::new(
                 reason::UNREACHABLE,
@@ -144,7 +148,8 @@ impl Connection {
         };
         let stream = connect(address).map_err(|error| refused(error.to_string()))?;
         stream.set_nodelay(true).ok();
-        let until = Instant::now() + CONNECT_LIMIT;
+        // A server that computes for another connection accepts this one afterwards.
+        let until = Instant::now() + ANSWER_LIMIT;
         let config = WebSocketConfig::default()
             .max_message_size(Some(MAX_MESSAGE_BYTES))
             .max_frame_size(Some(MAX_MESSAGE_BYTES));
@@ -157,49 +162,61 @@ impl Connection {
             names,
             number: 0,
         };
-        connection.greet()?;
+        connection.greet(seen.convention(address))?;
+        seen.found(address, connection.convention);
         Ok(connection)
     }
 
-    /// Finds the convention: a server of openpi speaks first, one of vla-eval waits for a hello.
-    fn greet(&mut self) -> Result<(), Failure> {
-        match self.receive(HELLO_LIMIT) {
-            Ok(first) => {
-                if codec::is_hello(&first) {
-                    self.convention = Convention::VlaEval;
-                }
-            }
-            Err(failure) if failure.reason == reason::LATE => {
+    /// Finds the convention, unless it is `known`: a server of openpi sends the first message, one
+    /// of vla-eval waits for a hello.
+    fn greet(&mut self, known: Option<Convention>) -> Result<(), Failure> {
+        let first = match known {
+            Some(Convention::VlaEval) => None,
+            Some(Convention::OpenPi) => Some(self.receive(ANSWER_LIMIT)?),
+            None => match self.receive(HELLO_LIMIT) {
+                Err(failure) if failure.reason == reason::LATE => None,
+                first => Some(first?),
+            },
+        };
+        match first {
+            Some(first) if !codec::is_hello(&first) => Ok(()),
+            first => {
                 self.convention = Convention::VlaEval;
-                self.send_note(
-                    "hello",
-                    &[
-                        ("harness", "robocell"),
-                        ("version", env!("CARGO_PKG_VERSION")),
-                    ],
-                )?;
-                let reply = self.receive(CONNECT_LIMIT)?;
-                if !codec::is_hello(&reply) {
-                    let why = "the policy server speaks neither as openpi nor as vla-eval: it sent no first message, and did not return a hello";
-                    return Err(Failure::new(reason::UNREACHABLE, why));
-                }
+                self.introduce(first.is_none())
             }
-            Err(failure) => return Err(failure),
         }
-        if self.convention == Convention::VlaEval {
-            self.send_note("episode_start", &[])?;
-        }
-        Ok(())
     }
 
-    /// Answers observations until nobody asks any more.
+    /// Starts an episode in the convention of vla-eval, with a hello if the server sent none.
+    fn introduce(&mut self, with_hello: bool) -> Result<(), Failure> {
+        if with_hello {
+            let version = env!("CARGO_PKG_VERSION");
+            self.send_note("hello", &[("harness", "robocell"), ("version", version)])?;
+            let reply = self.receive(ANSWER_LIMIT)?;
+            if !codec::is_hello(&reply) {
+                let why = "the policy server uses neither the convention of openpi nor that of \
+                           vla-eval: it sent no first message, and did not return a hello";
+                return Err(Failure::new(reason::UNREACHABLE, why));
+            }
+        }
+        self.send_note("episode_start", &[])
+    }
+
+    /// Answers observations until the policy is dropped.
     fn serve(
         mut self,
         observations: &Receiver<Observations>,
         results: &Sender<Result<Rows, Failure>>,
     ) -> Result<(), Failure> {
-        while let Ok(observations) = observations.recv() {
-            let observations = self.named(observations);
+        loop {
+            let observations = match observations.recv_timeout(IDLE) {
+                Ok(observations) => self.named(observations),
+                Err(RecvTimeoutError::Disconnected) => break,
+                Err(RecvTimeoutError::Timeout) => {
+                    self.answer_pings()?;
+                    continue;
+                }
+            };
             let request = codec::request(self.convention, self.number, &observations);
             self.send(request)?;
             let answer = self.receive(ANSWER_LIMIT)?;
@@ -220,6 +237,15 @@ impl Connection {
         self.socket.get_mut().until = Instant::now() + HELLO_LIMIT;
         self.socket.close(None).ok();
         Ok(())
+    }
+
+    /// Reads while no observation is sent: servers close a connection that answers no ping.
+    fn answer_pings(&mut self) -> Result<(), Failure> {
+        self.socket.get_mut().until = Instant::now() + Duration::from_millis(10);
+        match self.socket.read().map_err(failure_of) {
+            Err(failure) if failure.reason != reason::LATE => Err(failure),
+            _ => Ok(()),
+        }
     }
 
     fn named(&self, observations: Observations) -> Observations {

@@ -13,7 +13,7 @@ use crate::schedule::STEP_MS;
 /// Prefix of the names of pictures.
 const PIXELS: &str = "pixels/";
 
-/// What the server gets to see of a cell.
+/// Makes the observations of a cell.
 pub(crate) struct Eye {
     cell: Cell,
     /// The cell with a displaced camera.
@@ -96,6 +96,11 @@ impl Eye {
         while self.past.len() as u64 > kept {
             self.past.pop_front();
         }
+    }
+
+    /// Forgets the states before.
+    pub(crate) fn clear(&mut self) {
+        self.past.clear();
     }
 
     fn is_faulty(&self, tick: u64) -> bool {

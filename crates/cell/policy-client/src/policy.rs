@@ -22,6 +22,9 @@ use crate::link::Link;
 use crate::observe::Eye;
 use crate::schedule::{STEP_MS, Schedule};
 
+/// Steps without a decision, from which on it was a pause and not a late one.
+const GAP_STEPS: u64 = 10;
+
 const PHASES: [&str; 3] = ["waiting", "following", "stale"];
 
 /// What is remembered from one decision to the next.
@@ -38,6 +41,16 @@ struct Memory {
     answers: u64,
     /// The request on its way.
     request: u64,
+}
+
+impl Memory {
+    /// The last step that continues the one before; a later one follows a pause.
+    fn next_after_gap(&self) -> u64 {
+        match self.schedule.requests {
+            0 => u64::MAX,
+            _ => self.next.saturating_add(GAP_STEPS),
+        }
+    }
 }
 
 /// Where answers come from.
@@ -76,6 +89,11 @@ impl RemotePolicy {
             );
             return Err(SetupError::in_file(problem));
         }
+        if !has_port(address) {
+            let problem =
+                format!("--policy {address}: the port is missing, as in ws://127.0.0.1:8765");
+            return Err(SetupError::in_file(problem));
+        }
         let is_used = cell.policy_server.is_some();
         let server = cell.policy_server.clone().unwrap_or_default();
         let slots = job.goals.centres().collect();
@@ -101,6 +119,11 @@ impl RemotePolicy {
         if !self.is_used {
             return Ok(());
         }
+        // After a pause the answers are about another scene.
+        if step > self.memory.next_after_gap() {
+            self.forget();
+        }
+        self.memory.next = step + 1;
         self.eye.see(state);
         if self.memory.schedule.asks(step) {
             self.ask(step, state)?;
@@ -119,6 +142,15 @@ impl RemotePolicy {
         Ok(())
     }
 
+    /// Forgets all answers, and closes the connection: an answer to an older observation may be on
+    /// its way.
+    fn forget(&mut self) {
+        self.memory.schedule.restart();
+        self.memory.action.clear();
+        self.source = None;
+        self.eye.clear();
+    }
+
     fn ask(&mut self, step: u64, state: &WorldState) -> Result<(), Failure> {
         let arms = state.arms().iter().enumerate();
         let goals = arms.map(|(arm, measured)| {
@@ -129,7 +161,11 @@ impl RemotePolicy {
         let goals: Vec<[f64; 3]> = goals.collect();
         let observations = self.eye.observe(state, &goals);
         let bytes = codec::request(Convention::OpenPi, 0, &observations);
-        self.memory.request = hash(HASH_START, bytes);
+        let before = match self.memory.schedule.requests {
+            0 => HASH_START,
+            _ => self.memory.request,
+        };
+        self.memory.request = hash(before, bytes);
         if let Source::Server(link) = self.source()? {
             link.ask(observations);
         }
@@ -153,7 +189,7 @@ impl RemotePolicy {
         };
         // The width belongs to the cell: without this check a kept answer would be no answer.
         let result = result.and_then(|rows| self.check(rows));
-        let answer = Answer::new(request, &result);
+        let answer = Answer::new(number, request, &result);
         let before = if self.memory.answers == 0 {
             HASH_START
         } else {
@@ -178,7 +214,8 @@ impl RemotePolicy {
         }
         if !self.seen.agrees(answer) {
             self.warnings.push(format!(
-                "{}: the policy server answered equal observations in two ways; its rows do not repeat",
+                "{}: the policy server answered equal observations in two ways, in this evaluation or \
+                 the kept one; its rows do not repeat",
                 self.address
             ));
         }
@@ -204,7 +241,9 @@ impl RemotePolicy {
         let source = match (self.source.take(), &self.server.answers) {
             (Some(source), _) => source,
             (None, Some(file)) => Source::Kept(kept::read(file)?),
-            (None, None) => Source::Server(Link::open(&self.address, &self.server.names)),
+            (None, None) => {
+                Source::Server(Link::open(&self.address, &self.server.names, &self.seen))
+            }
         };
         Ok(self.source.insert(source))
     }
@@ -232,6 +271,13 @@ fn down(cell: &Cell) -> Vec<[f64; 4]> {
     arms.iter().map(|arm| arm.tool.down(0.0)).collect()
 }
 
+/// Whether an address has a port.
+fn has_port(address: &str) -> bool {
+    let place = address.trim_start_matches("ws://").split('/').next();
+    let port = place.and_then(|place| place.rsplit_once(':'));
+    port.is_some_and(|(_, port)| port.parse::<u16>().is_ok())
+}
+
 /// The answer to request `number`, from 1 up.
 fn kept(answers: &[Answer], number: u64, request: u64) -> Result<Rows, Failure> {
     let refused = |why: &str| {
@@ -240,8 +286,8 @@ fn kept(answers: &[Answer], number: u64, request: u64) -> Result<Rows, Failure> 
         );
         Err(Failure::new(reason::NOT_KEPT, message))
     };
-    let index = usize::try_from(number.saturating_sub(1)).unwrap_or(usize::MAX);
-    match answers.get(index) {
+    // The last one counts: a task that was restarted may have asked again.
+    match answers.iter().rev().find(|answer| answer.number == number) {
         None => refused("has no answer"),
         Some(answer) if answer.request != format!("{request:016x}") => {
             refused("has other observations")
@@ -254,6 +300,7 @@ impl AnyPolicy for RemotePolicy {
     fn reset(&mut self) {
         // Each episode has a connection of its own: a server may remember.
         (self.memory, self.source, self.writer) = (Memory::default(), None, None);
+        self.eye.clear();
     }
 
     fn decide(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {
@@ -263,7 +310,6 @@ impl AnyPolicy for RemotePolicy {
         self.goals.placed(observation, &mut job.placed);
         let mut done = job.done;
         let result = if step >= self.memory.next {
-            self.memory.next = step + 1;
             // Judged at the rate of the actions, as in the environments for learning.
             done = job.placed.len() >= self.goals.count();
             self.begin(step, observation.state())
@@ -278,15 +324,14 @@ impl AnyPolicy for RemotePolicy {
                 }
             }
             Err(failure) => {
+                // A job that is started again connects again.
+                self.forget();
                 job.fail(&failure.reason);
                 out.event(
                     TraceEvent::Fault,
                     format_args!("[fault] {}", failure.message),
                 );
             }
-        }
-        for warning in &self.warnings {
-            out.lifecycle(TraceEvent::None, format_args!("[warning] {warning}"));
         }
         out.outcome = if done {
             Outcome::Done

@@ -42,7 +42,9 @@ pub struct Schedule {
 impl Schedule {
     /// Whether the observation of `step` is to be sent.
     pub fn asks(&self, step: u64) -> bool {
-        let used = |chunk: &Chunk| step - chunk.begin >= (chunk.rows.len() as u64).div_ceil(2);
+        let used = |chunk: &Chunk| {
+            step.saturating_sub(chunk.begin) >= (chunk.rows.len() as u64).div_ceil(2)
+        };
         self.sent.is_none() && self.in_force.as_ref().is_none_or(used)
     }
 
@@ -64,11 +66,16 @@ impl Schedule {
         }
     }
 
-    /// Forgets an observation without an answer: who waited for it is gone.
+    /// Forgets an observation without an answer, after the connection was closed.
     pub fn resume(&mut self) {
         if self.waits() {
             self.sent = None;
         }
+    }
+
+    /// Forgets all answers; the counts stay.
+    pub fn restart(&mut self) {
+        (self.in_force, self.sent) = (None, None);
     }
 
     /// The action of `step`, and whether it is stale; `None` before the first answer.
@@ -83,7 +90,7 @@ impl Schedule {
             self.stale_steps += 1;
             return None;
         };
-        let passed = usize::try_from(step - chunk.begin).unwrap_or(usize::MAX);
+        let passed = usize::try_from(step.saturating_sub(chunk.begin)).unwrap_or(usize::MAX);
         let stale = passed >= chunk.rows.len();
         self.stale_steps += u64::from(stale);
         let row = chunk.rows.get(passed).or(chunk.rows.last())?;

@@ -146,7 +146,6 @@ impl EvalArgs {
             ("--bins", self.bins.map(|bins| bins.to_string())),
             ("--task", self.named_task.clone()),
             ("--names", self.names.as_ref().map(path)),
-            ("--answers", self.answers.as_ref().map(path)),
         ];
         let replace = self
             .replace
@@ -202,6 +201,7 @@ pub(crate) fn run(program: &Program, args: EvalArgs) -> Result<ExitCode, CliErro
         let recordings = Recordings {
             dir,
             launcher,
+            answers: args.keep_answers.as_deref().or(args.answers.as_deref()),
             names: (&plan.spec.demo, &plan.spec.policy),
             arguments: &order.arguments,
         };
@@ -266,6 +266,14 @@ fn server(args: &EvalArgs) -> Result<Option<PolicyServer>, SimError> {
     if !args.policy.as_deref().is_some_and(is_address) {
         return Ok(None);
     }
+    // One error for all, in place of one by each episode.
+    if let Some(dir) = &args.keep_answers {
+        std::fs::create_dir_all(dir).map_err(|source| SimError::from_dir(dir, source))?;
+    }
+    if let Some(dir) = &args.answers {
+        let path = dir.clone();
+        std::fs::metadata(dir).map_err(|source| SimError::Answers { path, source })?;
+    }
     let names = args.names.as_deref().map(read_names).transpose()?;
     Ok(Some(PolicyServer {
         names: names.unwrap_or_default(),
@@ -317,7 +325,11 @@ fn evaluate(program: &Program, plan: &eval::Plan, json: bool) -> Result<ExitCode
             });
             return;
         }
-        let set: Vec<String> = case.settings().iter().map(Setting::to_string).collect();
+        let set = case.settings();
+        let set = set.iter().map(Setting::to_string);
+        let latency = case.latency_ms.map(|ms| format!("latency {ms} ms"));
+        let fault = case.fault.as_ref().map(|fault| format!("fault {fault}"));
+        let set: Vec<String> = set.chain(latency).chain(fault).collect();
         let line = format!(
             "seed {:5}  {:8}  {:6.2} s  placed {}  drops {}  resyncs {}  aborts {}  violations {}  {}  {}",
             row.seed,

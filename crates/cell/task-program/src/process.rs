@@ -313,6 +313,8 @@ impl<C: Clock> TaskProcess<C> {
         let message = &mut self.message;
         self.decider
             .decide(state, &statuses, message, &mut self.lines);
+        let warnings = self.decider.task.take_warnings();
+        warnings.iter().for_each(cell_worker::warn);
         // Before `publish`: a run ends with the decision that reports a failure.
         self.message_file.decided(&self.decider.task);
         let checkpoint = self.decider.task.checkpoint();

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use cell_rt::signal;
-use cell_sim::episodes::recording_name;
+use cell_sim::episodes::{episode_name, recording_name};
 use evaluation::EvaluationError;
 use evaluation::report::{Failed, episodes};
 use serde::Deserialize;
@@ -18,6 +18,8 @@ pub(crate) struct Recordings<'a> {
     pub(crate) dir: &'a Path,
     /// The program of the launcher.
     pub(crate) launcher: &'a Path,
+    /// Directory with the answers of a policy server.
+    pub(crate) answers: Option<&'a Path>,
     /// Name of the demo, and of the policy.
     pub(crate) names: (&'a str, &'a str),
     /// See [`evaluation::info::Plan::arguments`].
@@ -92,6 +94,13 @@ impl Recordings<'_> {
         let seed = failed.key.seed.to_string();
         let set = failed.settings.iter();
         let set = set.flat_map(|one| ["--set".to_owned(), one.to_string()]);
+        // Those of the row: another answer would give another episode.
+        let answers = self.answers.map(|dir| {
+            let name = episode_name(failed.key.seed, failed.key.variant);
+            let file = dir.join(format!("{name}.answers.jsonl"));
+            ["--answers".to_owned(), file.display().to_string()]
+        });
+        let answers = answers.iter().flatten().cloned().collect::<Vec<_>>();
         // A name of its own, so that a cell that the user runs meanwhile is not replaced.
         let cell = format!("eval-{}", std::process::id());
         let run = Command::new(self.launcher)
@@ -104,6 +113,7 @@ impl Recordings<'_> {
             .args(self.arguments)
             .args(set)
             .args(&failed.server)
+            .args(answers.iter().map(String::as_str))
             .stdin(Stdio::null())
             .output()?;
         let text = String::from_utf8_lossy(&run.stdout);

@@ -22,6 +22,13 @@ pub(super) fn server_of(args: &RunArgs, policy: &str) -> Result<Option<PolicySer
         let is_given = is_given || args.latency_ms.is_some() || args.fault.is_some();
         return not_for(policy, is_given).map(|()| None);
     }
+    let real_time = args.scene.speed == Speed::RealTime && !args.one_process;
+    if real_time && answers.is_some() {
+        return Err(Failure::configuration(
+            "--answers needs --speed max: in real time the steps in which answers come into force are \
+             not those of the run that kept them",
+        ));
+    }
     let names = names.as_deref().map(read_names).transpose();
     let server = PolicyServer {
         latency_ms: args.latency_ms.unwrap_or_default(),
@@ -29,7 +36,7 @@ pub(super) fn server_of(args: &RunArgs, policy: &str) -> Result<Option<PolicySer
         keep: keep_answers.as_deref().map(absolute_dir).transpose()?,
         answers: answers.as_deref().map(absolute).transpose()?,
         fault: args.fault.clone(),
-        real_time: args.scene.speed == Speed::RealTime && !args.one_process,
+        real_time,
     };
     Ok(Some(
         server.of_episode(&format!("seed-{}", args.scene.seed)),

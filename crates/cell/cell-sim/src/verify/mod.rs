@@ -53,6 +53,11 @@ pub enum VerifyError {
     /// A controller does not fit the robot.
     #[error(transparent)]
     Controller(#[from] controller_proc::rmpflow_controller::RmpFlowError),
+    /// The policy was a server.
+    #[error(
+        "the policy of this recording is a server, whose answers are not recorded; keep them with --keep-answers, and run the scene again with --answers"
+    )]
+    Server,
     /// The state record of a controller is damaged or of another version.
     #[error(transparent)]
     ControllerCheckpoint(#[from] controller_proc::checkpoint::CheckpointError),

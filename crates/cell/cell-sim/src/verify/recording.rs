@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use cell_model::runs::policy_server::is_address;
 use cell_record::{Channel, Entry, Recording};
 use ipc_types::header::Message as Headed;
 use ipc_types::{ArmCommand, ArmStatus, Decision, Keyframe, Wire, WorldPiece};
@@ -26,6 +27,9 @@ pub fn verify_file(
     let recording = Recording::open(path).map_err(VerifyError::from)?;
     let mut spec = recording.run().clone();
     spec.data_dir = data.or(spec.data_dir);
+    if is_address(&spec.policy) {
+        return Err(VerifyError::Server.into());
+    }
     let cell = spec.load_cell_from(&program.data)?;
     let recorded = Followed {
         recording: &recording,

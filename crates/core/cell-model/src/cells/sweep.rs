@@ -279,6 +279,11 @@ impl Cases {
                 samples.push(sample);
             }
         }
+        for fault in &self.sweep.faults {
+            let mut sample = first.clone();
+            sample.fault = Some(fault.clone());
+            samples.push(sample);
+        }
         for (place, draw) in self.draws.iter().enumerate() {
             for bound in [&draw.bounds.low, &draw.bounds.high] {
                 let mut sample = first.clone();

@@ -54,15 +54,17 @@ impl PolicyServer {
     #[must_use]
     pub fn of_episode(&self, name: &str) -> Self {
         let file = |dir: &PathBuf| dir.join(format!("{name}.answers.jsonl"));
+        let is_file = |path: &&PathBuf| path.is_file();
+        let one = self.answers.as_ref().filter(is_file);
         Self {
             keep: self.keep.as_ref().map(file),
-            answers: self.answers.as_ref().map(file),
+            answers: one.cloned().or_else(|| self.answers.as_ref().map(file)),
             ..self.clone()
         }
     }
 }
 
-/// What a policy server took part in, of one run.
+/// Use of a policy server in a run.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct ServerReport {
     /// Simulated time from an observation to its actions (ms).
@@ -107,6 +109,9 @@ pub enum FaultKind {
 // Displacements are finite.
 impl Eq for FaultKind {}
 
+/// Period of the observations (ms).
+const STEP_MS: u64 = 50;
+
 /// Longest delay of an observation (ms): all states of that time are kept.
 pub const MAX_LATE_MS: u64 = 5000;
 
@@ -116,8 +121,8 @@ impl FromStr for Fault {
     fn from_str(text: &str) -> Result<Self, String> {
         let refused = || {
             format!(
-                "{text:?} is not a fault; write drop@FROM..TO, late:MS@FROM..TO with at most {MAX_LATE_MS} \
-                 ms, or move:CAMERA:X,Y,Z@FROM..TO with a displacement in m; FROM and TO are ticks of 1 ms"
+                "{text:?} is not a fault; write drop@FROM..TO, late:MS@FROM..TO with a multiple of \
+                 {STEP_MS} up to {MAX_LATE_MS}, or move:CAMERA:X,Y,Z@FROM..TO with a displacement in m; FROM and TO are ticks of 1 ms"
             )
         };
         let parsed = || {
@@ -136,7 +141,8 @@ fn kind_of(text: &str) -> Option<FaultKind> {
         return Some(FaultKind::Drop);
     }
     if let Some(ms) = text.strip_prefix("late:") {
-        let ms = ms.parse().ok().filter(|ms| (1..=MAX_LATE_MS).contains(ms));
+        let ms = ms.parse().ok();
+        let ms = ms.filter(|ms: &u64| (1..=MAX_LATE_MS).contains(ms) && ms.is_multiple_of(STEP_MS));
         return ms.map(FaultKind::Late);
     }
     let (camera, by_m) = text.strip_prefix("move:")?.split_once(':')?;
@@ -198,7 +204,8 @@ mod tests {
             "drop@5..",
             "late@1..2",
             "late:0@1..2",
-            "late:5001@1..2",
+            "late:5050@1..2",
+            "late:20@1..2",
             "move:wrist:0.02@0..5",
             "move:wrist:nan,0,0@0..5",
             "freeze@1..2",

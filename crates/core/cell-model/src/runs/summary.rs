@@ -96,7 +96,7 @@ pub struct RunSummary {
     /// name; missing without one.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub frames: BTreeMap<String, String>,
-    /// What a policy behind a socket was asked; missing without one.
+    /// Use of a policy behind a socket, of a run in one process; missing without one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub policy_server: Option<ServerReport>,
     /// What became of the lines of the script; missing without one.
