@@ -11,12 +11,13 @@ use std::io::Read;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use cell_model::runs::policy_server::PolicyServer;
 use cell_model::runs::spec::{RecordSpec, RunSpec, Speed};
 use cell_model::runs::wire;
 use cell_model::{Cell, RobotFiles};
 use supervisor::failure::{Context, Failure};
 use supervisor::flight;
-use supervisor::run::plan::{Plan, Scene};
+use supervisor::run::plan::{Plan, Replaced, Scene};
 use supervisor::rundir::RunDir;
 
 use super::arms;
@@ -42,11 +43,7 @@ fn with_page(args: &RunArgs, page: Option<Page>) -> Result<Plan, Failure> {
     let dir = RunDir::of(&args.cell.cell);
     let limit = limit_of(args, &cell);
     let (run, root, prefix) = site_of(&dir)?;
-    // Simulation waits for a policy server in lockstep, for longer than a process may hang.
-    let waits = inputs
-        .policy_server
-        .as_ref()
-        .is_some_and(|server| !server.real_time);
+    let watchdog = is_watched(args, inputs.policy_server.as_ref());
     let about_arms = about_arms(args, &cell, inputs.robot.as_ref());
     let spec = RunSpec {
         contract: wire::contract(),
@@ -87,15 +84,25 @@ fn with_page(args: &RunArgs, page: Option<Page>) -> Result<Plan, Failure> {
         objects: cell.objects.iter().map(|o| o.name.clone()).collect(),
         policies: cell.policies,
         loops: args.again,
-        watchdog: !args.no_watchdog && !waits,
+        watchdog,
         secrets: page.as_ref().map(|page| page.secrets().clone()),
         about_arms,
         install: cell_files::install,
-        replaced: Arc::new({
-            let args = args.clone();
-            move |scene| with_page(&args_of(&args, scene), page.clone())
-        }),
+        replaced: replaced(args, page),
     })
+}
+
+/// Whether processes that seem to hang are ended.
+fn is_watched(args: &RunArgs, server: Option<&PolicyServer>) -> bool {
+    // Simulation waits for a policy server in lockstep, for longer than a process may hang.
+    let waits = server.is_some_and(|server| !server.real_time);
+    !args.no_watchdog && !waits
+}
+
+/// The plan of another scene, in place of a run with these arguments.
+fn replaced(args: &RunArgs, page: Option<Page>) -> Arc<Replaced> {
+    let args = args.clone();
+    Arc::new(move |scene| with_page(&args_of(&args, scene), page.clone()))
 }
 
 /// The command line of `scene`, after a run with that of `args`.
