@@ -32,11 +32,8 @@ fn record(demo: &str, seed: u64, seconds: f64, file: &Path) {
     ];
     let base = base();
     let said = finish(robocell(base.path(), &words));
-    assert_eq!(
-        said.code, 5,
-        "the run ends at its time limit: {}",
-        said.stderr
-    );
+    // 0 where the job was done before the time limit.
+    assert!([0, 5].contains(&said.code), "{}", said.stderr);
 }
 
 /// Compares pictures of all cameras at `count` times; returns how many differ.
@@ -53,6 +50,7 @@ fn differing(demo: &str, seed: u64, count: u64) -> usize {
         .collect();
     let mut spec = template(demo, &cell.default_policy);
     (spec.seed, spec.arms) = (seed, u8::try_from(cell.arms.len()).unwrap());
+    spec.until_done = false;
     let mut sim = OneProcess::new(&demos::policies(), &spec, cell.clone()).unwrap();
     let hashes = |pictures: Vec<Picture>| -> Vec<[u64; 3]> {
         pictures.iter().map(Picture::hashes).collect()
