@@ -163,7 +163,7 @@ pub fn files(program: &Program, spec: &RunSpec) -> Result<BTreeMap<String, Strin
     let (data, log) = spec.data(&program.data).logged();
     let mut cell = spec.load_cell_of(&data)?;
     if cell.policy_server.is_some() {
-        // What is wrong with its use is said here; the first decision asks no server.
+        // Errors of its options are reported here. The first decision sends no request.
         program.policies.task(&cell, &spec.policy)?;
         cell.policy_server = None;
     }

@@ -23,7 +23,7 @@ impl Failure {
 
 /// Names of failures.
 pub mod reason {
-    /// There is no server at the address, or it is not a policy server.
+    /// The address has no server, or another one than a policy server.
     pub const UNREACHABLE: &str = "policy_unreachable";
     /// The connection ended.
     pub const LOST: &str = "policy_connection_lost";

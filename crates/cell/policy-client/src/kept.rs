@@ -56,7 +56,7 @@ impl Answer {
         }
     }
 
-    /// Hash of what was answered, after that of earlier answers.
+    /// Hash of this answer and of the earlier ones, whose hash is `before`.
     pub(crate) fn hash(&self, before: u64) -> u64 {
         let rows = self
             .rows
@@ -79,7 +79,7 @@ impl Answer {
 /// Reads the answers of an episode.
 ///
 /// # Errors
-/// For a file that cannot be read, and for the first line that is no answer.
+/// For a file that cannot be read, and for the first line without an answer.
 pub(crate) fn read(file: &Path) -> Result<Vec<Answer>, Failure> {
     let refused = |why: String| {
         Failure::new(
@@ -133,7 +133,7 @@ impl Writer {
     }
 }
 
-/// What is known of the servers of this process.
+/// Facts about the servers of this process.
 #[derive(Debug, Default)]
 pub(crate) struct Seen {
     /// By request the hash of its answer: a server that answers one request in two ways makes rows

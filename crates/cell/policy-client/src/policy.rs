@@ -27,7 +27,7 @@ const GAP_STEPS: u64 = 10;
 
 const PHASES: [&str; 3] = ["waiting", "following", "stale"];
 
-/// What is remembered from one decision to the next.
+/// The state that is kept from one decision to the next.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Memory {
     schedule: Schedule,

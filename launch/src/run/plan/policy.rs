@@ -33,7 +33,7 @@ pub(crate) fn policy_name(
     cell: &Cell,
     program: Option<&Path>,
 ) -> Result<String, Failure> {
-    // The task program makes the policy and refuses what is no address of a server.
+    // The task program makes the policy and refuses other addresses.
     if let Some(address) = asked.filter(|asked| is_address(asked)) {
         return Ok(address.to_owned());
     }

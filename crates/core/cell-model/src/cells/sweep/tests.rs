@@ -62,7 +62,7 @@ fn latencies_and_faults_are_variants_as_well() {
     let (set, latency_ms, fault) = all.variant(5);
     assert_eq!((words(&set).as_str(), latency_ms), ("a=2", Some(0)));
     assert_eq!(fault, None);
-    // One latency is no choice.
+    // A single latency makes no variants.
     let one = Sweep {
         latencies_ms: vec![100],
         ..Sweep::default()
