@@ -43,6 +43,16 @@ code! {
 }
 
 code! {
+    /// How the drives of an arm follow its command.
+    pub enum DriveMode {
+        /// To the joint positions; efforts are a feed-forward.
+        Position = 0,
+        /// The joint efforts alone; joint positions are those that were measured.
+        Effort = 1,
+    }
+}
+
+code! {
     /// Whether the arm follows a planned path.
     pub enum PlanState {
         /// No: motion policies move the tool towards the goal.
@@ -117,13 +127,18 @@ wire! {
         pub arm: u32,
         /// Valid entries of the joint arrays.
         pub joint_count: u32,
+        /// [`DriveMode`].
+        pub drive_mode: u32,
+        /// Zero.
+        pub reserved: u32,
         /// rad or m.
         pub joint_positions: [f64; MAX_JOINTS],
         /// rad/s or m/s.
         pub joint_velocities: [f64; MAX_JOINTS],
         /// rad/s² or m/s².
         pub joint_accelerations: [f64; MAX_JOINTS],
-        /// Feed-forward (gravity, Coriolis, inertia), N·m or N.
+        /// Feed-forward (gravity, Coriolis, inertia), or with [`DriveMode::Effort`] all that the
+        /// drives give; N·m or N.
         pub joint_efforts: [f64; MAX_JOINTS],
         /// The gripper.
         pub gripper: GripperCommand,
@@ -225,6 +240,11 @@ impl Validate for ArmCommand {
             MAX_EFFORT,
         )?;
         Check::within("joint_efforts", &self.joint_efforts[..n], MAX_EFFORT)?;
+        Check::code(
+            "drive_mode",
+            self.drive_mode,
+            DriveMode::from_code(self.drive_mode).is_some(),
+        )?;
         self.gripper.check()
     }
 }

@@ -27,7 +27,7 @@ pub use crate::cli_page::{
     AssetsArgs, AssetsVerb, ExportArgs, LoadArgs, PageArgs, PlotArgs, RecordArgs, RecordVerb,
     ReplayArgs,
 };
-pub use crate::cli_robot::{RobotArgs, SpheresArgs};
+pub use crate::cli_robot::{ControllerArgs, ControllerOf, RobotArgs, SpheresArgs};
 pub use crate::cli_run::RunArgs;
 pub use crate::cli_status::{DoctorArgs, IncidentArgs, ListArgs, LogsArgs, ReportArgs, TopArgs};
 use crate::cli_values::{cell_name, count, minutes, positive_seconds, rate, seed};

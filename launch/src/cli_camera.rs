@@ -9,7 +9,7 @@ use supervisor::rundir::DEFAULT_CELL;
 
 use crate::cli_common::{CellArgs, DataArgs, JobArgs, SceneArgs};
 use crate::cli_page::PageArgs;
-use crate::cli_robot::RobotArgs;
+use crate::cli_robot::{ControllerArgs, RobotArgs};
 use crate::cli_run::RunArgs;
 use crate::cli_server::ServerArgs;
 use crate::cli_values::{seconds, seed};
@@ -80,6 +80,7 @@ impl CameraArgs {
             fault: None,
             server: ServerArgs::default(),
             robot: self.robot.clone(),
+            controllers: ControllerArgs::default(),
             json: false,
             no_watchdog: false,
             cell: CellArgs {

@@ -1,6 +1,8 @@
 //! Arguments of commands about a robot's files.
 
+use std::net::IpAddr;
 use std::path::PathBuf;
+use std::str::FromStr;
 
 use clap::Args;
 
@@ -9,8 +11,9 @@ use crate::cli_values::{margin, package, sphere_count};
 /// A robot of the user in place of that of the demo.
 #[derive(Clone, Debug, Default, Args)]
 pub struct RobotArgs {
-    /// Robot to use instead of that of the demo: a URDF, or a config.json of Isaac Sim
-    #[arg(long, value_name = "URDF")]
+    /// Robot to use instead of that of the demo: one of `robots/`, a URDF, or a config.json of
+    /// Isaac Sim
+    #[arg(long, value_name = "NAME|URDF")]
     pub robot: Option<PathBuf>,
     /// Link of that robot that is the tool
     #[arg(long, value_name = "LINK", requires = "robot")]
@@ -22,6 +25,58 @@ pub struct RobotArgs {
     #[arg(long, value_name = "FILE", requires = "robot")]
     pub rmpflow: Option<PathBuf>,
 }
+
+/// Programs in place of the controllers of arms.
+#[derive(Clone, Debug, Default, Args)]
+pub struct ControllerArgs {
+    /// Controller of an arm in place of that of the cell file: a program, or `fci` for the network
+    /// interface of a Franka, at an address of its own with `fci@ADDRESS`; may be repeated
+    #[arg(long, value_name = "[ARM=]P", value_parser = str::parse::<ControllerOf>)]
+    pub controller: Vec<ControllerOf>,
+    /// Let other machines command arms over the Franka control interface, which has no password
+    #[arg(long, requires = "controller")]
+    pub fci_from_network: bool,
+}
+
+/// A controller for an arm.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ControllerOf {
+    /// Name of the arm; `None` where the cell has one only.
+    pub arm: Option<String>,
+    /// The program, or `fci`.
+    pub program: String,
+    /// Where `fci` listens.
+    pub address: Option<IpAddr>,
+}
+
+impl FromStr for ControllerOf {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (arm, program) = match text.split_once('=') {
+            Some((arm, program)) => (Some(arm.to_owned()), program),
+            None => (None, text),
+        };
+        let (program, address) = match program.split_once('@') {
+            Some((FCI, address)) => {
+                let wrong = |_| format!("'{address}' is not an IP address, as 127.0.0.2 is one");
+                (FCI, Some(address.parse().map_err(wrong)?))
+            }
+            _ => (program, None),
+        };
+        if program.is_empty() || arm.as_deref() == Some("") {
+            return Err("a program, or ARM=PROGRAM; `fci` is the Franka control interface".into());
+        }
+        Ok(Self {
+            arm,
+            program: program.to_owned(),
+            address,
+        })
+    }
+}
+
+/// The reserved name of the program with the Franka control interface.
+pub(crate) const FCI: &str = "fci";
 
 /// `robocell spheres`.
 #[derive(Clone, Debug, Args)]

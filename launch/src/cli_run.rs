@@ -8,7 +8,7 @@ use clap::Args;
 
 use crate::cli_common::{CellArgs, DataArgs, JobArgs, SceneArgs};
 use crate::cli_page::PageArgs;
-use crate::cli_robot::RobotArgs;
+use crate::cli_robot::{ControllerArgs, RobotArgs};
 use crate::cli_server::{ServerArgs, latency};
 
 /// `robocell run`.
@@ -66,6 +66,9 @@ pub struct RunArgs {
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
     pub robot: RobotArgs,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub controllers: ControllerArgs,
     /// Print the summary as one JSON object at the end
     #[arg(long)]
     pub json: bool,

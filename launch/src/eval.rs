@@ -105,7 +105,7 @@ impl Order {
         // As `run` has it, so that both name a file in the same way.
         let data = data.map(found).transpose()?;
         let data = data.as_deref();
-        let robot = plan::cell::robot_files(&args.robot)?;
+        let robot = plan::cell::robot_files(&args.robot, data)?;
         let cell = plan::cell::load(data, demo, seeds.0, robot.as_ref(), &[])?;
         let program = task_program::of_cell(args.data.program.task.as_deref(), &cell, data)?;
         let policy = plan::policy::policy_name(args.policy.as_deref(), &cell, program.as_deref())?;

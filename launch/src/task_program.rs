@@ -19,6 +19,7 @@ use supervisor::failure::{Code, Context, Failure};
 use supervisor::programs::{beside, task_program};
 
 use crate::asked;
+use crate::cli_robot::FCI;
 use crate::say;
 use crate::shell::{quoted, quoted_word};
 
@@ -52,7 +53,11 @@ pub(crate) fn of_arms(
     data_dir: Option<&Path>,
 ) -> Result<Vec<Option<PathBuf>>, Failure> {
     let named = cell.arms.iter().map(|arm| arm.controller.as_deref());
-    let found = named.map(|name| name.map(|name| find(name, data_dir)).transpose());
+    let program = |name: &str| match name {
+        FCI => beside("fci-proc"),
+        _ => find(name, data_dir),
+    };
+    let found = named.map(|name| name.map(program).transpose());
     found.collect()
 }
 

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeSet;
 
-use ipc_types::arm::{NotReached, PlanState, StopAction, StopCause};
+use ipc_types::arm::{DriveMode, NotReached, PlanState, StopAction, StopCause};
 use ipc_types::contact::BodyKind;
 use ipc_types::decision::{GoalKind, Outcome};
 use ipc_types::equipment::{BreakCause, BreakLimit, SuctionRefusal, SupplyRefusal};
@@ -34,6 +34,7 @@ fn the_codes_of_all_values_are_the_published_ones() {
         line!(BodyKind),
         line!(BreakCause),
         line!(BreakLimit),
+        line!(DriveMode),
         line!(GoalKind),
         line!(GripperGoal),
         line!(NotReached),

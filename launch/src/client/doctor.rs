@@ -141,6 +141,7 @@ fn programs() -> Check {
     let all = [
         "physics-proc",
         "controller-proc",
+        "fci-proc",
         "task-proc",
         "monitor-proc",
     ];

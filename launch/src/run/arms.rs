@@ -19,7 +19,9 @@ fn of(arm: &ArmSpec, files: Option<&RobotFiles>) -> Vec<String> {
         "no gripper"
     };
     let tuning = match files {
-        None => "rmpflow, of the robot's folder".to_owned(),
+        None | Some(RobotFiles { name: Some(_), .. }) => {
+            "rmpflow, of the robot's folder".to_owned()
+        }
         Some(RobotFiles {
             rmpflow: Some(file),
             ..

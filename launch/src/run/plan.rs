@@ -1,6 +1,7 @@
 //! Everything a run needs, found out before anything is started.
 
 pub(crate) mod cell;
+mod fci;
 mod inputs;
 pub(crate) mod paths;
 pub(crate) mod policy;
@@ -34,7 +35,10 @@ pub fn resolve(args: &RunArgs) -> Result<Plan, Failure> {
     let page = (!args.headless && !args.one_process)
         .then(|| Page::new(&args.page))
         .transpose()?;
-    with_page(args, page)
+    let plan = with_page(args, page)?;
+    // Not for the scene after this one: its interface has the address of this one.
+    fci::check_free(&plan.spec.fci)?;
+    Ok(plan)
 }
 
 fn with_page(args: &RunArgs, page: Option<Page>) -> Result<Plan, Failure> {
@@ -56,6 +60,7 @@ fn with_page(args: &RunArgs, page: Option<Page>) -> Result<Plan, Failure> {
         data_dir: inputs.data_dir,
         task_program: inputs.program,
         controller_programs: inputs.controllers,
+        fci: inputs.fci,
         built_in_dir: PathBuf::new(),
         run_dir: dir.path().to_owned(),
         root,
@@ -141,6 +146,9 @@ fn args_of(args: &RunArgs, scene: Scene) -> RunArgs {
                 again: false,
                 record: None,
                 set: Some(args.set.clone())
+                    .filter(|_| is_same)
+                    .unwrap_or_default(),
+                controllers: Some(args.controllers.clone())
                     .filter(|_| is_same)
                     .unwrap_or_default(),
                 robot: Some(args.robot.clone())

@@ -44,7 +44,9 @@ pub fn scene<'a>(
     let robots = robots_of(&table);
     let mut arms = Vec::new();
     for (index, arm) in cell.arms.iter().enumerate() {
-        let robot = robots.get(index).map_or("", String::as_str);
+        let named = spec.robot.as_ref().and_then(|files| files.name.as_deref());
+        let robot = named.or_else(|| robots.get(index).map(String::as_str));
+        let robot = robot.unwrap_or("");
         let urdf = urdf_text(data, spec, robot)?;
         arms.push(arm_json(arm, robot, &urdf, meshes.clone()));
     }
@@ -237,7 +239,7 @@ fn robots_of(table: &toml::Table) -> Vec<String> {
 
 fn urdf_text(data: &Data, spec: &RunSpec, robot: &str) -> Result<String, SceneError> {
     // A robot given by its files on the command line replaces that of the cell.
-    if let Some(files) = &spec.robot {
+    if let Some(files) = spec.robot.as_ref().filter(|files| files.name.is_none()) {
         return Ok(cell_model::data::read_text(Path::new(&files.urdf))?);
     }
     let table = toml_table(data, &format!("robots/{robot}/robot.toml"))?;

@@ -110,12 +110,14 @@ impl ArmDrive {
         let setpoints = state.watchdog.setpoint().zip(state.watchdog.efforts());
         let joints = robot.arm_joints.iter().zip(setpoints);
         self.wanted.clear();
+        let by_effort = state.watchdog.is_by_effort();
         let wanted = joints.map(|(&joint, (state, effort))| DriveTarget {
             position: state.position,
             velocity: state.velocity,
             effort: *effort,
             gravity: 0.0,
             max_effort: robot.joints[joint].effort,
+            by_effort,
         });
         self.wanted.extend(wanted);
         // Without feed-forward the arm sags when the controller dies (ADR 0006).

@@ -46,6 +46,18 @@ pub(crate) struct Arm {
     places: Vec<(usize, usize)>,
 }
 
+/// Stiffness of the spring by which a drive gives an effort alone (N·m/rad or N/m).
+// The engine takes no effort of a joint: a spring this soft, with its rest position far away,
+// gives the same whatever the joint does within a tick.
+const SOFT: f64 = 1.0e-3;
+
+/// Makes the drive of `axis` give an effort alone.
+fn give(joint: &mut MultibodyJoint, axis: usize, effort: f64) {
+    let motor = JointAxesMask::from_bits_truncate(1 << axis);
+    joint.data.motor_axes.set(motor, false);
+    joint.set_spring(axis, SOFT, joint.coords()[axis] + effort / SOFT);
+}
+
 /// Target of a drive.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct DriveTarget {
@@ -59,6 +71,8 @@ pub(crate) struct DriveTarget {
     pub(crate) gravity: f64,
     /// Limit of the effort (N·m or N).
     pub(crate) max_effort: f64,
+    /// The drive gives `effort` alone, whatever the position.
+    pub(crate) by_effort: bool,
 }
 
 impl Arm {
@@ -248,7 +262,15 @@ impl Arm {
         let motor = &mut joint.data.motors[axis];
         (motor.target_pos, motor.target_vel, motor.max_force) = (rest, target.velocity, most);
         // Exactly one of spring and motor is active: both together would apply the law twice.
-        let damping = if is_limited {
+        let damping = if target.by_effort {
+            let carried = target.gravity.abs();
+            give(
+                joint,
+                axis,
+                effort.clamp(-most - carried, most + carried) - target.gravity,
+            );
+            0.0
+        } else if is_limited {
             joint.set_spring(axis, 0.0, 0.0);
             0.0
         } else {
@@ -298,6 +320,9 @@ impl Arm {
         let Some(spec) = self.robot.joints.get(joint) else {
             return 0.0;
         };
+        if target.by_effort {
+            return target.effort.clamp(-target.max_effort, target.max_effort);
+        }
         let spring = spec.stiffness * (target.position - position)
             + spec.damping * (target.velocity - velocity);
         (spring + target.effort).clamp(-target.max_effort, target.max_effort)

@@ -34,7 +34,10 @@ use crate::arm::catch_up::{catch_up, coast};
 use crate::arm::violations;
 use crate::engine::settings::TICK_S;
 
+mod effort;
 mod point;
+
+use effort::Mode;
 
 use point::{Point, advance_one, commanded, limited, point, ramp_state, same_motion};
 
@@ -83,6 +86,8 @@ pub(crate) struct Watchdog {
     /// Feed-forward of the last accepted command (N·m or N).
     efforts: Vec<f64>,
     accepted: Option<Accepted>,
+    /// How the drives follow the accepted command.
+    mode: Mode,
     /// Tick at which the scene was reset: commands that answer this tick or an earlier one
     /// belong to the previous scene.
     reset_at: Option<u64>,
@@ -130,6 +135,7 @@ impl Watchdog {
             setpoint: points,
             efforts: vec![0.0; home.len()],
             accepted: None,
+            mode: Mode::Position,
             reset_at: None,
             stopped_at: None,
             settled: false,
@@ -240,6 +246,9 @@ impl Watchdog {
         let fresh = tick - id.tick <= cell_model::stop::COMMAND_AGE_TICKS;
         let sound =
             command.joint_count as usize == self.setpoint.len() && command.validate().is_ok();
+        if fresh && sound && self.takes_efforts(command, id, robot) {
+            return true;
+        }
         let starts = !self.follows_on(id);
         let continues = fresh
             && sound
@@ -341,6 +350,7 @@ impl Watchdog {
             self.efforts[index] = command.joint_efforts[index];
         }
         self.accepted = Some(id);
+        self.mode = Mode::Position;
         self.astray = false;
         self.source = Source::Commands;
     }

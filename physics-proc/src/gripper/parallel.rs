@@ -76,6 +76,7 @@ impl GripperDrive {
             effort: 0.0,
             gravity: 0.0,
             max_effort: self.force,
+            by_effort: false,
         }
     }
 }

@@ -74,15 +74,17 @@ fn groups_of_crates_depend_on_each_other_one_way() {
     }
 }
 
-const PROCESSES: [&str; 4] = [
+const PROCESSES: [&str; 5] = [
     "robocell-physics",
     "robocell-controller",
+    "robocell-fci-proc",
     "robocell-task-proc",
     "robocell-monitor",
 ];
 const ENGINES: [&str; 2] = ["rapier3d-f64", "parry3d-f64"];
-const PURE: [&str; 6] = [
+const PURE: [&str; 7] = [
     "robocell-camera",
+    "robocell-fci",
     "robocell-rmp",
     "robocell-plan",
     "robocell-behavior",

@@ -75,6 +75,7 @@ pub fn template(demo: &str, policy: &str) -> RunSpec {
         data_dir: None,
         task_program: None,
         controller_programs: Vec::new(),
+        fci: Vec::new(),
         built_in_dir: PathBuf::new(),
         run_dir: PathBuf::new(),
         root: PathBuf::new(),

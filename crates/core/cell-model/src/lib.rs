@@ -26,6 +26,6 @@ pub use data::Data;
 pub use error::{Location, ModelError};
 pub use robots::dynamics::Dynamics;
 pub use robots::files::RobotFiles;
-pub use robots::robot::{JointSpec, ParallelGripper, Robot, SuctionGripper};
+pub use robots::robot::{JointSpec, ParallelGripper, Robot, SuctionGripper, VelocityEnvelope};
 pub use robots::self_distance::SelfDistance;
 pub use shape::{Link, LinkShape, Panel, Shape};

@@ -8,6 +8,7 @@ use supervisor::failure::Failure;
 
 use super::paths::absolute;
 use crate::cli::{RobotArgs, RunArgs};
+use crate::say;
 
 /// The cell as the run has it.
 pub(super) fn cell_of(
@@ -67,9 +68,7 @@ pub(crate) fn load(
     robot: Option<&RobotFiles>,
     set: &[Setting],
 ) -> Result<Cell, Failure> {
-    let built_in = cell_files::data();
-    let data = data_dir.map(|dir| Data::dir(dir).with_robots_of(&built_in));
-    let data = data.unwrap_or(built_in);
+    let data = data_of(data_dir);
     Cell::load_with(&data, demo, seed, robot, set).map_err(|error| {
         let hint = match (data_dir, robot) {
             (None, None) => data_hint(Path::new("."), demo),
@@ -77,6 +76,13 @@ pub(crate) fn load(
         };
         Failure::configuration(format!("{error}{hint}"))
     })
+}
+
+/// The cells and robots of a folder, with the built-in robots, or those that are built in.
+fn data_of(data_dir: Option<&Path>) -> Data {
+    let built_in = cell_files::data();
+    let data = data_dir.map(|dir| Data::dir(dir).with_robots_of(&built_in));
+    data.unwrap_or(built_in)
 }
 
 /// For those who are in the folder of their own cell.
@@ -89,12 +95,39 @@ fn data_hint(here: &Path, demo: &str) -> &'static str {
 }
 
 /// Paths are made absolute: the processes work in another directory.
-pub(crate) fn robot_files(args: &RobotArgs) -> Result<Option<RobotFiles>, Failure> {
-    let Some(urdf) = &args.robot else {
+pub(crate) fn robot_files(
+    args: &RobotArgs,
+    data_dir: Option<&Path>,
+) -> Result<Option<RobotFiles>, Failure> {
+    let Some(asked) = &args.robot else {
         return Ok(None);
     };
+    let known = data_of(data_dir).robot_names();
+    if let Some(named) = RobotFiles::named(asked, &known) {
+        return Ok(Some(named));
+    }
+    if asked
+        .to_str()
+        .is_some_and(|name| known.iter().any(|known| known == name))
+    {
+        say::warn(format_args!(
+            "--robot {} is a file here, and not the robot of that name",
+            asked.display()
+        ));
+    }
+    if !asked.exists() && asked.components().count() == 1 && asked.extension().is_none() {
+        let (name, known): (_, Vec<&str>) = (
+            asked.display().to_string(),
+            known.iter().map(String::as_str).collect(),
+        );
+        return Err(Failure::configuration(format!(
+            "--robot {name}: no file and no robot of that name; {}",
+            cell_model::suggest::advice(&name, &known)
+        )));
+    }
     let files = RobotFiles {
-        urdf: absolute(urdf)?,
+        name: None,
+        urdf: absolute(asked)?,
         xrdf: args.xrdf.as_deref().map(absolute).transpose()?,
         rmpflow: args.rmpflow.as_deref().map(absolute).transpose()?,
         tip: args.tip.clone(),

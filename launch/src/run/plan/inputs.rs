@@ -1,5 +1,6 @@
 //! The inputs of a run: its cell, programs, policy and script.
 
+use std::net::IpAddr;
 use std::path::PathBuf;
 
 use cell_model::cells::replace::{Replace, of_arguments};
@@ -10,6 +11,7 @@ use cell_model::{Cell, RobotFiles, user_file};
 use supervisor::failure::{Context, Failure};
 
 use super::cell::{cell_of, check_control, check_one_process, robot_files};
+use super::fci;
 use super::paths::absolute;
 use super::policy::policy_of;
 use super::server::server_of;
@@ -25,6 +27,8 @@ pub(super) struct Inputs {
     pub(super) program: Option<PathBuf>,
     /// The controller program of each arm.
     pub(super) controllers: Vec<Option<PathBuf>>,
+    /// By arm: the address of its Franka control interface.
+    pub(super) fci: Vec<Option<IpAddr>>,
     /// Answers of leaves that are not run.
     pub(super) replace: Vec<Replace>,
     pub(super) policy: String,
@@ -39,8 +43,9 @@ impl Inputs {
     /// The inputs that the command line names; the first that is wrong is the error.
     pub(super) fn read(args: &RunArgs) -> Result<Self, Failure> {
         let data_dir = args.data.data.as_deref().map(absolute).transpose()?;
-        let robot = robot_files(&args.robot)?;
-        let cell = cell_of(args, data_dir.as_deref(), robot.as_ref())?;
+        let robot = robot_files(&args.robot, data_dir.as_deref())?;
+        let mut cell = cell_of(args, data_dir.as_deref(), robot.as_ref())?;
+        let fci = fci::controllers_of(&args.controllers, &mut cell)?;
         check_control(&cell)?;
         let program = task_program::of_cell(
             args.data.program.task.as_deref(),
@@ -63,6 +68,7 @@ impl Inputs {
             cell,
             program,
             controllers,
+            fci,
             replace,
             policy,
             script,

@@ -40,6 +40,7 @@ impl Run {
             data_dir: None,
             task_program: None,
             controller_programs: Vec::new(),
+            fci: Vec::new(),
             built_in_dir: Data::checkout_dir(),
             run_dir: dir.clone(),
             root: dir.join("b"),

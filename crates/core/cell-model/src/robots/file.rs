@@ -26,6 +26,10 @@ pub(crate) struct ArmTable {
     pub(crate) home_joint_positions: Vec<f64>,
     pub(crate) acceleration_limits: Vec<f64>,
     pub(crate) jerk_limits: Vec<f64>,
+    #[serde(default)]
+    pub(crate) velocity_offsets: Vec<f64>,
+    #[serde(default)]
+    pub(crate) deceleration_limits: Vec<f64>,
     pub(crate) drive: DriveTable,
 }
 
@@ -98,6 +102,7 @@ pub(crate) fn parse(file: &str, text: &str) -> Result<RobotFile, ModelError> {
         1.0e-2,
         1.0e6,
     )?;
+    checker.envelope(&robot.arm, joints)?;
     checker.list("arm.drive.stiffness", &drive.stiffness, joints, 1.0, 1.0e6)?;
     checker.list("arm.drive.damping", &drive.damping, joints, 0.0, 1.0e5)?;
     checker.list("arm.drive.armature", &drive.armature, joints, 1.0e-4, 1.0e2)?;
@@ -157,6 +162,27 @@ impl Checker<'_> {
         values.iter().enumerate().try_for_each(|(index, value)| {
             self.number(&format!("{key}.{index}"), *value, low, high)
         })
+    }
+
+    /// Offsets and decelerations are given together, or not at all.
+    fn envelope(&self, arm: &ArmTable, joints: usize) -> Result<(), ModelError> {
+        if arm.velocity_offsets.is_empty() && arm.deceleration_limits.is_empty() {
+            return Ok(());
+        }
+        self.list(
+            "arm.velocity_offsets",
+            &arm.velocity_offsets,
+            joints,
+            0.0,
+            10.0,
+        )?;
+        self.list(
+            "arm.deceleration_limits",
+            &arm.deceleration_limits,
+            joints,
+            1.0e-3,
+            1.0e4,
+        )
     }
 
     fn gripper(&self, gripper: &GripperTable) -> Result<(), ModelError> {

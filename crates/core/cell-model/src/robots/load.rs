@@ -4,10 +4,10 @@ use nalgebra::Vector3;
 
 use crate::data::Data;
 use crate::error::{Location, ModelError};
-use crate::robots::file::{self, GripperTable, RobotFile, SuctionTable};
+use crate::robots::file::{self, ArmTable, GripperTable, RobotFile, SuctionTable};
 use crate::robots::mimic;
 use crate::robots::movable::TipOption;
-use crate::robots::robot::{JointSpec, ParallelGripper, Robot, SuctionGripper};
+use crate::robots::robot::{JointSpec, ParallelGripper, Robot, SuctionGripper, VelocityEnvelope};
 use crate::robots::urdf::{self, UrdfRobot};
 use crate::robots::xrdf;
 use crate::{suggest, toml_text};
@@ -78,6 +78,7 @@ impl Loader<'_> {
             joints,
             links: self.urdf.links,
             arm_joints,
+            velocity_envelope: envelope(&self.table.arm),
             gripper,
             suction: self.table.suction.as_ref().map(suction),
             tcp_frame,
@@ -259,6 +260,17 @@ pub(crate) fn plain_specs(urdf: &UrdfRobot) -> Vec<JointSpec> {
                 joint_damping: 1.0,
                 home: 0.0_f64.clamp(joint.lower, joint.upper),
             }
+        })
+        .collect()
+}
+
+/// The velocity limits near position limits.
+fn envelope(arm: &ArmTable) -> Vec<VelocityEnvelope> {
+    let joints = arm.velocity_offsets.iter().zip(&arm.deceleration_limits);
+    joints
+        .map(|(&offset, &deceleration)| VelocityEnvelope {
+            offset,
+            deceleration,
         })
         .collect()
 }

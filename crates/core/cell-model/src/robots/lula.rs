@@ -98,6 +98,7 @@ fn config(file: &str, text: &str, dir: &Path) -> Result<RobotFiles, ModelError> 
     let of = |relative: &Path| dir.join(relative);
     let paths = &config.relative_asset_paths;
     Ok(RobotFiles {
+        name: None,
         urdf: of(&paths.urdf),
         xrdf: Some(of(&paths.description)),
         rmpflow: paths.rmpflow.as_deref().map(of),

@@ -65,6 +65,16 @@ pub struct SuctionGripper {
     pub cup_radius: f64,
 }
 
+/// The velocity limit of a joint near its position limits: at a distance `d` (rad) before one, the
+/// joint may move towards it at `sqrt(2 deceleration d) - offset` at most.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VelocityEnvelope {
+    /// rad/s.
+    pub offset: f64,
+    /// rad/s².
+    pub deceleration: f64,
+}
+
 /// A robot arm with its tool.
 #[derive(Clone, Debug)]
 pub struct Robot {
@@ -78,6 +88,10 @@ pub struct Robot {
     pub links: Vec<Link>,
     /// Controlled joints in the order of commands, as indices of the chain.
     pub arm_joints: Vec<usize>,
+    /// Velocity limits near position limits, by controlled joint; empty where the maker has none.
+    // Programs over the network are judged by them. Motion policies brake before position limits
+    // on their own.
+    pub velocity_envelope: Vec<VelocityEnvelope>,
     /// The hand. A robot has a hand or suction, not both.
     pub gripper: Option<ParallelGripper>,
     /// The suction cup.

@@ -29,6 +29,7 @@ impl RobotFiles {
         let named = lula::read_config(&self.urdf)?;
         Ok(Self {
             urdf: named.urdf,
+            name: None,
             xrdf: self.xrdf.or(named.xrdf),
             rmpflow: self.rmpflow.or(named.rmpflow),
             tip: self.tip.or(named.tip),
@@ -113,6 +114,7 @@ impl Source<'_> {
             links: self.urdf.links.clone(),
             arm_joints,
             warnings: std::mem::take(&mut self.urdf.warnings),
+            velocity_envelope: Vec::new(),
             gripper: None,
             suction: None,
             spheres: Vec::new(),

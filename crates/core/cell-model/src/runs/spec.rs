@@ -1,6 +1,7 @@
 //! One run of a cell: written by the launcher into the run directory, read by every process at
 //! its start.
 
+use std::net::IpAddr;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -55,6 +56,9 @@ pub struct RunSpec {
     /// By arm: the program with its controllers, if it is not the built-in one.
     #[serde(default)]
     pub controller_programs: Vec<Option<PathBuf>>,
+    /// By arm: the address of its Franka control interface, where it has one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub fci: Vec<Option<IpAddr>>,
     /// Folder in which the launcher put the built-in files for the processes of this run.
     #[serde(default)]
     pub built_in_dir: PathBuf,

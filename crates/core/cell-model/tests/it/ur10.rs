@@ -48,6 +48,7 @@ fn every_frame_is_where_the_published_robot_has_it() {
     let reference = std::env::var_os("ROBOCELL_REFERENCE").expect("the folder of the files");
     let reference = Path::new(&reference).join("ur10");
     let published = Robot::from_files(&RobotFiles {
+        name: None,
         urdf: reference.join("ur10.urdf"),
         xrdf: Some(reference.join("ur10.xrdf")),
         rmpflow: Some(reference.join("ur10_rmpflow.yaml")),

@@ -27,6 +27,7 @@ pub(crate) fn run() -> RunSpec {
         data_dir: None,
         task_program: None,
         controller_programs: Vec::new(),
+        fci: Vec::new(),
         built_in_dir: std::path::PathBuf::new(),
         run_dir: "run".into(),
         root: "run/root".into(),

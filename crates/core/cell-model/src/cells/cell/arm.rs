@@ -38,6 +38,9 @@ pub(super) fn load_arm(
     robot: Option<&RobotFiles>,
 ) -> Result<ArmSpec, ModelError> {
     let loaded = match robot {
+        Some(RobotFiles {
+            name: Some(name), ..
+        }) => Robot::load(data, name)?,
         Some(files) => Robot::from_files(files)?,
         None => named_robot(data, &Checker::new(file, text), index, &arm.robot)?,
     };

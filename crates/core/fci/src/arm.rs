@@ -1,0 +1,335 @@
+//! The robot as its interface shows it: requests and commands in, setpoints, states and
+//! replies out. Time is a count of cycles of 1 ms.
+
+mod cycle;
+mod requests;
+
+use cell_model::ramp::RampState;
+use cell_model::{Dynamics, Robot, SelfDistance};
+use nalgebra::{Isometry3, Vector3};
+use rmp::JointLimits;
+
+use crate::JOINTS;
+use crate::datagram::RobotCommand;
+use crate::error::Errors;
+use crate::kinematics::{Joints, Kinematics};
+use crate::limits::{self, JointLimit};
+use crate::motion::{Broken, Generator, Tool};
+use crate::request::Reply;
+use crate::state::{Hand, STATE_BYTES, StateValues, columns};
+
+/// Answers in a row that may be late or missing before the robot stops.
+pub const LOST_ANSWERS: u32 = 20;
+/// Cycles over which the success rate of commands is counted.
+const RATE_CYCLES: u32 = 100;
+
+/// The joints as measured in a cycle.
+#[derive(Clone, Copy, Debug)]
+pub struct Measured {
+    /// rad.
+    pub positions: [f64; JOINTS],
+    /// rad/s.
+    pub velocities: [f64; JOINTS],
+    /// Efforts of the drives, with gravity (N·m).
+    pub torques: [f64; JOINTS],
+    /// The setpoint in force.
+    pub setpoint: [RampState; JOINTS],
+    /// The drives do not follow commands: they hold, or started again.
+    pub is_held: bool,
+}
+
+/// The setpoint of a cycle.
+#[derive(Clone, Copy, Debug)]
+pub struct Setpoint {
+    /// Position, velocity and acceleration of each joint.
+    pub joints: [RampState; JOINTS],
+    /// Efforts: with a torque motion those of the drives, else a feed-forward; with gravity
+    /// (N·m).
+    pub efforts: [f64; JOINTS],
+    /// Whether the drives give these efforts alone.
+    pub by_torque: bool,
+}
+
+/// How an answer to a state was late.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LateAnswer {
+    /// The state.
+    pub message_id: u64,
+    /// Cycles from the state to its answer; `None` where none came.
+    pub after_cycles: Option<u32>,
+}
+
+/// A motion that a rule of the robot ended.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reflex {
+    /// The value and its limit.
+    pub broken: Broken,
+    /// Cycle of the motion, from 1.
+    pub cycle: u64,
+    /// With an error of communication the answers of its last cycles, oldest first.
+    pub late: [Option<LateAnswer>; LOST_ANSWERS as usize],
+}
+
+/// A motion of a client.
+#[derive(Clone, Copy, Debug)]
+struct Motion {
+    /// Number of its request.
+    id: u32,
+    controller: u8,
+    generator: Generator,
+    /// Number of the generator as requested.
+    generator_number: u8,
+    /// The client has answered a state of it.
+    is_running: bool,
+    cycles: u64,
+    /// Answers missing in a row.
+    lost: u32,
+}
+
+impl Motion {
+    fn by_torque(&self) -> bool {
+        self.controller == 2
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Mode {
+    Idle,
+    Move(Motion),
+    Reflex,
+}
+
+/// Why a robot has no such interface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NotSevenJoints;
+
+impl std::fmt::Display for NotSevenJoints {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("the Franka control interface is that of an arm with seven revolute joints")
+    }
+}
+
+/// The robot behind its interface.
+pub struct Arm {
+    limits: [JointLimit; JOINTS],
+    ramp_limits: JointLimits,
+    kinematics: Kinematics,
+    dynamics: Dynamics,
+    robot: Robot,
+    self_distance: SelfDistance,
+    /// Positions of all joints of the robot, those of the arm as commanded.
+    all_positions: Vec<f64>,
+    gravity: Vector3<f64>,
+    nominal: Isometry3<f64>,
+    nominal_to_end: Isometry3<f64>,
+    stiffness_frame: [f64; 16],
+    load: (f64, [f64; 3], [f64; 9]),
+    hand: Hand,
+    mode: Mode,
+    errors: Errors,
+    reflex_reason: Errors,
+    /// A request that waits for the arm to be at rest.
+    waiting: Option<requests::Waiting>,
+    /// Number of the state that was sent last.
+    message_id: u64,
+    /// Whether the client answered, for the last cycles, newest in the lowest bit.
+    answered: u128,
+    /// Number of the state that was sent last when the motion started.
+    started_at: u64,
+    answer: Option<RobotCommand>,
+    late: [Option<LateAnswer>; LOST_ANSWERS as usize],
+    joints: [RampState; JOINTS],
+    tool: Tool,
+    torques: [f64; JOINTS],
+    external: [f64; JOINTS],
+    replies: [Option<Reply>; 4],
+    reflex: Option<Reflex>,
+}
+
+impl Arm {
+    /// The interface of `robot`, at rest at `home` (rad), in a base frame with this gravity
+    /// (m/s²).
+    ///
+    /// # Errors
+    ///
+    /// Where the robot has not seven revolute joints.
+    pub fn new(robot: &Robot, home: &[f64], gravity: Vector3<f64>) -> Result<Self, NotSevenJoints> {
+        let limits = limits::of(robot).ok_or(NotSevenJoints)?;
+        let home: [f64; JOINTS] = home.try_into().map_err(|_| NotSevenJoints)?;
+        // Flange and hand of the maker (franka_description, robots/common): the flange is
+        // 0.107 m from joint 7, the hand turned by 45° on it, and the fingers meet 0.1034 m on.
+        let kinematics = Kinematics::new(robot, 0.107);
+        let has_hand = robot.gripper.is_some();
+        let turn = nalgebra::UnitQuaternion::from_axis_angle(
+            &Vector3::z_axis(),
+            -std::f64::consts::FRAC_PI_4,
+        );
+        let nominal = if has_hand {
+            Isometry3::from_parts(Vector3::new(0.0, 0.0, 0.1034).into(), turn)
+        } else {
+            Isometry3::identity()
+        };
+        let joints = home.map(|position| RampState {
+            position,
+            ..RampState::default()
+        });
+        let pose = kinematics.flange(&Joints::from(home)) * nominal;
+        Ok(Self {
+            limits,
+            ramp_limits: robot.limits(),
+            kinematics,
+            dynamics: Dynamics::new(robot),
+            self_distance: SelfDistance::new(robot),
+            all_positions: robot.with_arm_positions(&home),
+            robot: robot.clone(),
+            gravity,
+            nominal,
+            nominal_to_end: Isometry3::identity(),
+            stiffness_frame: columns(&Isometry3::identity()),
+            load: (0.0, [0.0; 3], [0.0; 9]),
+            hand: hand(has_hand),
+            mode: Mode::Idle,
+            errors: Errors::default(),
+            reflex_reason: Errors::default(),
+            waiting: None,
+            message_id: 0,
+            answered: 0,
+            started_at: 0,
+            answer: None,
+            late: [None; LOST_ANSWERS as usize],
+            joints,
+            tool: Tool::at(pose),
+            torques: [0.0; JOINTS],
+            external: [0.0; JOINTS],
+            replies: [None; 4],
+            reflex: None,
+        })
+    }
+
+    /// A command of the client. One that answers an earlier state than the last is late, and
+    /// only counted.
+    pub fn datagram(&mut self, command: &RobotCommand) {
+        // The first answer of a motion may be to any of its states: until then none is lost.
+        let is_first = self.is_moving() && !self.is_running();
+        let is_of_motion = is_first && command.message_id > self.started_at;
+        if command.message_id == self.message_id || is_of_motion {
+            self.answer = Some(*command);
+            return;
+        }
+        let behind = self.message_id.saturating_sub(command.message_id);
+        let late = self.late.iter_mut().flatten();
+        for late in late.filter(|late| late.message_id == command.message_id) {
+            late.after_cycles = u32::try_from(behind).ok();
+        }
+    }
+
+    /// Whether the state sent last was answered.
+    pub fn is_answered(&self) -> bool {
+        self.answer.is_some()
+    }
+
+    /// Whether a motion waits for answers of the client.
+    pub fn is_moving(&self) -> bool {
+        matches!(self.mode, Mode::Move(_))
+    }
+
+    /// Whether the client has answered a state of the present motion.
+    pub fn is_running(&self) -> bool {
+        matches!(self.mode, Mode::Move(motion) if motion.is_running)
+    }
+
+    /// Whether the commanded motion has ended.
+    pub fn is_at_rest(&self) -> bool {
+        self.joints.iter().all(RampState::is_at_rest)
+    }
+
+    /// Number of the state that was sent last.
+    pub fn message_id(&self) -> u64 {
+        self.message_id
+    }
+
+    /// Continues to count states from `message_id`, so that a client sees no earlier number.
+    pub fn continue_from(&mut self, message_id: u64) {
+        self.message_id = self.message_id.max(message_id);
+    }
+
+    /// The next reply to a request.
+    pub fn take_reply(&mut self) -> Option<Reply> {
+        self.replies.iter_mut().find_map(Option::take)
+    }
+
+    /// The reflex of the last cycle, once.
+    pub fn take_reflex(&mut self) -> Option<Reflex> {
+        self.reflex.take()
+    }
+
+    fn reply(&mut self, reply: Reply) {
+        let free = self.replies.iter_mut().find(|slot| slot.is_none());
+        if let Some(slot) = free {
+            *slot = Some(reply);
+        }
+    }
+
+    fn end_effector(&self) -> Isometry3<f64> {
+        self.nominal * self.nominal_to_end
+    }
+
+    /// Writes the next state, as of `measured`.
+    pub fn write_state(&self, measured: &Measured, out: &mut [u8; STATE_BYTES]) {
+        let end_effector = self.end_effector();
+        let (generator_mode, controller_mode, robot_mode) = match self.mode {
+            Mode::Idle => (0, 3, 1),
+            Mode::Move(motion) => (motion.generator_number + 1, motion.controller, 2),
+            Mode::Reflex => (0, 3, 4),
+        };
+        let successes = (self.answered & ((1 << RATE_CYCLES) - 1)).count_ones();
+        StateValues {
+            message_id: self.message_id,
+            measured_pose: self.kinematics.flange(&measured.positions.into()) * end_effector,
+            commanded: &self.tool,
+            end_effector,
+            nominal: self.nominal,
+            nominal_to_end: self.nominal_to_end,
+            stiffness_frame: self.stiffness_frame,
+            hand: &self.hand,
+            load: self.load,
+            positions: measured.positions,
+            velocities: measured.velocities,
+            torques: measured.torques,
+            commanded_torques: self.torques,
+            commanded_positions: self.joints.map(|joint| joint.position),
+            commanded_velocities: self.joints.map(|joint| joint.velocity),
+            commanded_accelerations: self.joints.map(|joint| joint.acceleration),
+            external_torques: self.external,
+            external_wrench: nalgebra::Vector6::zeros(),
+            generator_mode,
+            controller_mode,
+            errors: self.errors,
+            reflex_reason: self.reflex_reason,
+            robot_mode,
+            success_rate: if self.is_running() {
+                f64::from(successes) / f64::from(RATE_CYCLES)
+            } else {
+                0.0
+            },
+        }
+        .write(out);
+    }
+}
+
+/// Mass (kg), centre (m) and inertia (kg·m²) of the hand (`franka_description`,
+/// `end_effectors/franka_hand`).
+fn hand(is_there: bool) -> Hand {
+    if !is_there {
+        return Hand {
+            mass: 0.0,
+            center: [0.0; 3],
+            inertia: [0.0; 9],
+        };
+    }
+    Hand {
+        mass: 0.73,
+        center: [-0.01, 0.0, 0.03],
+        inertia: [0.001, 0.0, 0.0, 0.0, 0.0025, 0.0, 0.0, 0.0, 0.0017],
+    }
+}

@@ -1,0 +1,308 @@
+//! One cycle of the robot.
+
+use cell_model::ramp::{self, RampState};
+
+use super::{Arm, LOST_ANSWERS, LateAnswer, Measured, Mode, Motion, Reflex, Setpoint};
+use crate::datagram::RobotCommand;
+use crate::error::Error;
+use crate::kinematics::Joints;
+use crate::limits::{CYCLE_S, TOLERANCE};
+use crate::motion::{Before, Broken, Generator, Tool, check_torques, follow};
+use crate::request::MoveStatus;
+
+/// Distance at which parts of the arm count as touching (m).
+const TOUCHING_M: f64 = 0.0;
+/// Distances beyond this are not computed (m).
+const REACH_M: f64 = 0.02;
+
+impl Arm {
+    /// One cycle: takes the answer to the last state, if there is one, and gives the setpoint.
+    /// The next state is that of `after_ms` milliseconds later, usually 1. In
+    /// lockstep a missing answer is waited for, and this is not called without it.
+    pub fn advance(&mut self, measured: &Measured, after_ms: u64) -> Setpoint {
+        let answer = self.answer.take();
+        if measured.is_held {
+            // Nobody broke a rule: the drives are held, or physics started again.
+            self.end_move(MoveStatus::Aborted);
+            self.joints = measured.setpoint;
+        }
+        match self.mode {
+            Mode::Move(motion) => self.move_on(motion, answer.as_ref(), measured),
+            Mode::Idle | Mode::Reflex => self.brake(),
+        }
+        self.serve_waiting();
+        self.message_id += after_ms.max(1);
+        self.setpoint(measured)
+    }
+
+    /// The present state is sent again, under the next number: an answer to the last one is not
+    /// used.
+    pub fn repeat(&mut self) {
+        self.answer = None;
+        self.message_id += 1;
+    }
+
+    fn move_on(&mut self, mut motion: Motion, answer: Option<&RobotCommand>, measured: &Measured) {
+        // A client answers once it has seen the modes of its motion in a state.
+        if answer.is_none() && !motion.is_running {
+            self.mode = Mode::Move(motion);
+            return;
+        }
+        let is_first = !motion.is_running;
+        motion.is_running = true;
+        motion.cycles += 1;
+        self.count(&mut motion, answer.is_some());
+        self.mode = Mode::Move(motion);
+        let result = match answer {
+            Some(command) => self.command(&motion, command, is_first, measured),
+            None if motion.lost >= LOST_ANSWERS => Err(Broken {
+                error: Error::COMMUNICATION,
+                joint: None,
+                value: f64::from(motion.lost),
+                limit: f64::from(LOST_ANSWERS),
+                unit: "answers in a row late or missing",
+            }),
+            None => self.extrapolate(&motion, measured),
+        };
+        let result = result.and_then(|()| self.check_measured(&motion, measured));
+        match result {
+            Err(broken) => self.stop(&motion, broken, measured),
+            Ok(()) if answer.is_some_and(|command| command.is_finished) => {
+                if motion.by_torque() {
+                    self.joints = measured.setpoint;
+                }
+                self.end_move(MoveStatus::Success);
+            }
+            Ok(()) => {}
+        }
+    }
+
+    fn count(&mut self, motion: &mut Motion, is_answered: bool) {
+        self.answered = self.answered << 1 | u128::from(is_answered);
+        if is_answered {
+            motion.lost = 0;
+            return;
+        }
+        motion.lost += 1;
+        self.late.rotate_left(1);
+        if let Some(newest) = self.late.last_mut() {
+            *newest = Some(LateAnswer {
+                message_id: self.message_id,
+                after_cycles: None,
+            });
+        }
+    }
+
+    fn command(
+        &mut self,
+        motion: &Motion,
+        command: &RobotCommand,
+        is_first: bool,
+        measured: &Measured,
+    ) -> Result<(), Broken> {
+        if motion.by_torque() {
+            if !command.is_finished {
+                check_torques(&self.limits, &self.torques, &command.torques)?;
+                self.torques = command.torques;
+            }
+            self.follow_measured(motion, measured);
+            return Ok(());
+        }
+        let end_effector = self.end_effector();
+        let (joints, tool) = follow(
+            &Before {
+                limits: &self.limits,
+                kinematics: &self.kinematics,
+                end_effector: &end_effector,
+                joints: &self.joints,
+                tool: &self.tool,
+                is_first,
+                is_last: command.is_finished,
+            },
+            motion.generator,
+            command,
+        )?;
+        self.check_self(&joints)?;
+        (self.joints, self.tool) = (joints, tool);
+        self.follow_by_joints(motion.generator);
+        Ok(())
+    }
+
+    /// Continues with constant acceleration; torques are repeated.
+    fn extrapolate(&mut self, motion: &Motion, measured: &Measured) -> Result<(), Broken> {
+        if motion.by_torque() {
+            self.follow_measured(motion, measured);
+            return Ok(());
+        }
+        let mut joints = self.joints;
+        for joint in &mut joints {
+            joint.velocity += joint.acceleration * CYCLE_S;
+            joint.position += joint.velocity * CYCLE_S;
+        }
+        for (joint, (next, limit)) in joints.iter().zip(&self.limits).enumerate() {
+            if !(limit.lower..=limit.upper).contains(&next.position) {
+                return Err(Broken {
+                    error: Error::JOINT_POSITION,
+                    joint: Some(joint),
+                    value: next.position,
+                    limit: if next.position < limit.lower {
+                        limit.lower
+                    } else {
+                        limit.upper
+                    },
+                    unit: "rad",
+                });
+            }
+        }
+        self.joints = joints;
+        // A client in Cartesian space is judged from where the robot is by then.
+        let pose = self.flange_at_joints() * self.end_effector();
+        let last = self.tool;
+        self.tool = Tool { pose, ..last };
+        Ok(())
+    }
+
+    /// With torques the setpoint is where the joints are.
+    fn follow_measured(&mut self, motion: &Motion, measured: &Measured) {
+        for (joint, state) in self.joints.iter_mut().enumerate() {
+            *state = RampState {
+                position: measured.positions[joint],
+                velocity: measured.velocities[joint],
+                acceleration: 0.0,
+            };
+        }
+        self.follow_by_joints(motion.generator);
+    }
+
+    /// After a motion in joint space the commanded pose is that of the joints.
+    fn follow_by_joints(&mut self, generator: Generator) {
+        if !matches!(
+            generator,
+            Generator::CartesianPose | Generator::CartesianVelocity
+        ) {
+            self.tool = Tool::at(self.flange_at_joints() * self.end_effector());
+        }
+    }
+
+    fn flange_at_joints(&self) -> nalgebra::Isometry3<f64> {
+        let positions = Joints::from_fn(|joint, _| self.joints[joint].position);
+        self.kinematics.flange(&positions)
+    }
+
+    pub(super) fn restart_tool(&mut self) {
+        self.tool = Tool::at(self.flange_at_joints() * self.end_effector());
+    }
+
+    /// Refuses setpoints with which two parts of the arm would touch.
+    fn check_self(&mut self, joints: &[RampState]) -> Result<(), Broken> {
+        for (&index, joint) in self.robot.arm_joints.iter().zip(joints) {
+            if let Some(slot) = self.all_positions.get_mut(index) {
+                *slot = joint.position;
+            }
+        }
+        let (robot, positions) = (&self.robot, &self.all_positions);
+        let distance = self.self_distance.nearest(robot, positions, REACH_M);
+        if distance > TOUCHING_M {
+            return Ok(());
+        }
+        Err(Broken {
+            error: Error::SELF_COLLISION,
+            joint: None,
+            value: distance,
+            limit: TOUCHING_M,
+            unit: "m between two parts of the arm",
+        })
+    }
+
+    fn check_measured(&self, motion: &Motion, measured: &Measured) -> Result<(), Broken> {
+        if !motion.by_torque() {
+            return Ok(());
+        }
+        for (joint, limit) in self.limits.iter().enumerate() {
+            let (position, velocity) = (measured.positions[joint], measured.velocities[joint]);
+            let (error, value, limit, unit) = if position < limit.lower {
+                (Error::JOINT_POSITION, position, limit.lower, "rad")
+            } else if position > limit.upper {
+                (Error::JOINT_POSITION, position, limit.upper, "rad")
+            } else if velocity.abs() > limit.velocity_at(position, velocity) + TOLERANCE {
+                let top = limit.velocity_at(position, velocity);
+                (Error::JOINT_VELOCITY, velocity, top, "rad/s")
+            } else {
+                continue;
+            };
+            return Err(Broken {
+                error,
+                joint: Some(joint),
+                value,
+                limit,
+                unit,
+            });
+        }
+        Ok(())
+    }
+
+    fn stop(&mut self, motion: &Motion, broken: Broken, measured: &Measured) {
+        if motion.by_torque() {
+            self.joints = measured.setpoint;
+        }
+        self.end_move(MoveStatus::Reflex);
+        self.mode = Mode::Reflex;
+        self.errors = broken.error.flags();
+        self.reflex_reason = self.errors;
+        self.reflex = Some(Reflex {
+            broken,
+            cycle: motion.cycles,
+            late: self.late,
+        });
+    }
+
+    /// Brakes within the limits, then holds.
+    fn brake(&mut self) {
+        ramp::brake_all(&mut self.joints, &self.ramp_limits, CYCLE_S);
+        if !self.is_at_rest() {
+            self.restart_tool();
+        }
+    }
+
+    fn setpoint(&mut self, measured: &Measured) -> Setpoint {
+        let by_torque =
+            matches!(self.mode, Mode::Move(motion) if motion.is_running && motion.by_torque());
+        let mut efforts = [0.0; super::JOINTS];
+        if by_torque {
+            let carried = self
+                .dynamics
+                .gravity_efforts(&measured.positions, &self.gravity);
+            for (effort, (carried, torque)) in
+                efforts.iter_mut().zip(carried.iter().zip(&self.torques))
+            {
+                *effort = carried + torque;
+            }
+        } else {
+            let of = |value: fn(&RampState) -> f64| self.joints.map(|joint| value(&joint));
+            let (positions, velocities) = (of(|j| j.position), of(|j| j.velocity));
+            let accelerations = of(|j| j.acceleration);
+            let fed = self.dynamics.inverse_dynamics(
+                &positions,
+                &velocities,
+                &accelerations,
+                &self.gravity,
+            );
+            for (effort, fed) in efforts.iter_mut().zip(fed) {
+                *effort = *fed;
+            }
+        }
+        for (external, (measured, effort)) in self
+            .external
+            .iter_mut()
+            .zip(measured.torques.iter().zip(&efforts))
+        {
+            // A low pass of 10 Hz.
+            *external += 0.06 * (effort - measured - *external);
+        }
+        Setpoint {
+            joints: self.joints,
+            efforts,
+            by_torque,
+        }
+    }
+}

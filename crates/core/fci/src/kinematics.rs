@@ -1,0 +1,118 @@
+//! Pose and Jacobian of the flange of an arm of seven revolute joints.
+
+use cell_model::Robot;
+use cell_model::robots::robot::joint_motion;
+use nalgebra::{Isometry3, Matrix6, SMatrix, SVector, Vector6};
+use rmp::Joint;
+
+use crate::JOINTS;
+
+/// Joint values of the arm.
+pub(crate) type Joints = SVector<f64, JOINTS>;
+/// Derivatives of position and orientation by joint, in the base frame.
+pub(crate) type Jacobian = SMatrix<f64, 6, JOINTS>;
+
+/// Damping of the inverse kinematics, in the square: regular at singular poses, and below
+/// 1e-6 of the motion elsewhere.
+const DAMPING: f64 = 1.0e-6;
+/// Iterations of the inverse kinematics: a step of 1 ms needs two.
+const ITERATIONS: usize = 8;
+/// Error at which the inverse kinematics ends (m, rad).
+const ENOUGH: f64 = 1.0e-12;
+
+/// The kinematics of an arm.
+#[derive(Clone, Debug)]
+pub(crate) struct Kinematics {
+    joints: Vec<Joint>,
+    /// Flange in the frame of the last joint.
+    flange: Isometry3<f64>,
+}
+
+impl Kinematics {
+    /// Of `robot`, whose controlled joints are a serial chain; `flange_m` is the distance of the
+    /// flange from the last joint along its axis.
+    pub(crate) fn new(robot: &Robot, flange_m: f64) -> Self {
+        let joints = robot.arm_joints.iter();
+        Self {
+            joints: joints
+                .filter_map(|&joint| robot.chain.joints().get(joint).cloned())
+                .collect(),
+            flange: Isometry3::translation(0.0, 0.0, flange_m),
+        }
+    }
+
+    /// Pose of the flange in the base frame.
+    pub(crate) fn flange(&self, positions: &Joints) -> Isometry3<f64> {
+        let mut pose = Isometry3::identity();
+        for (joint, position) in self.joints.iter().zip(positions) {
+            pose *= joint.origin * joint_motion(joint, *position);
+        }
+        pose * self.flange
+    }
+
+    /// Jacobian at a point that the flange carries, and its pose in the base frame.
+    pub(crate) fn jacobian(
+        &self,
+        positions: &Joints,
+        end_effector: &Isometry3<f64>,
+    ) -> (Jacobian, Isometry3<f64>) {
+        let mut jacobian = Jacobian::zeros();
+        let mut pose = Isometry3::identity();
+        for (index, (joint, position)) in self.joints.iter().zip(positions).enumerate() {
+            pose *= joint.origin * joint_motion(joint, *position);
+            let axis = pose.rotation * joint.axis;
+            let origin = pose.translation.vector;
+            // The position of the joint, for now: its lever arm needs the end effector.
+            let mut column = jacobian.column_mut(index);
+            column.fixed_rows_mut::<3>(0).copy_from(&origin);
+            column.fixed_rows_mut::<3>(3).copy_from(&axis);
+        }
+        pose *= self.flange * end_effector;
+        for index in 0..JOINTS {
+            let mut column = jacobian.column_mut(index);
+            let origin = column.fixed_rows::<3>(0).into_owned();
+            let axis = column.fixed_rows::<3>(3).into_owned();
+            let linear = axis.cross(&(pose.translation.vector - origin));
+            column.fixed_rows_mut::<3>(0).copy_from(&linear);
+        }
+        (jacobian, pose)
+    }
+
+    /// Joint positions near `start` with the end effector at `goal`, by damped least squares.
+    /// `None` where it cannot be reached.
+    pub(crate) fn solve(
+        &self,
+        start: &Joints,
+        end_effector: &Isometry3<f64>,
+        goal: &Isometry3<f64>,
+    ) -> Option<Joints> {
+        let mut positions = *start;
+        let mut error = f64::INFINITY;
+        for _ in 0..ITERATIONS {
+            let (jacobian, pose) = self.jacobian(&positions, end_effector);
+            let twist = difference(&pose, goal);
+            error = twist.amax();
+            if error < ENOUGH {
+                break;
+            }
+            positions += smallest(&jacobian, &twist)?;
+        }
+        // A micrometre or microradian: beyond it the pose is not followed.
+        (error < 1.0e-6).then_some(positions)
+    }
+}
+
+/// The smallest joint velocities that give `twist` (Nakamura and Hanafusa, 1986).
+pub(crate) fn smallest(jacobian: &Jacobian, twist: &Vector6<f64>) -> Option<Joints> {
+    let square = jacobian * jacobian.transpose() + Matrix6::identity() * DAMPING;
+    Some(jacobian.transpose() * square.cholesky()?.solve(twist))
+}
+
+/// The motion from `here` to `there` in the base frame: linear, then angular.
+fn difference(here: &Isometry3<f64>, there: &Isometry3<f64>) -> Vector6<f64> {
+    let linear = there.translation.vector - here.translation.vector;
+    let angular = here.rotation.rotation_to(&there.rotation).scaled_axis();
+    Vector6::new(
+        linear.x, linear.y, linear.z, angular.x, angular.y, angular.z,
+    )
+}

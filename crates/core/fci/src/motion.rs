@@ -1,0 +1,400 @@
+//! From the commands of a client to joint setpoints, with the checks of the robot.
+
+use cell_model::ramp::RampState;
+use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3, Vector6};
+
+use crate::JOINTS;
+use crate::bytes::single;
+use crate::datagram::RobotCommand;
+use crate::error::Error;
+use crate::kinematics::{Joints, Kinematics, smallest};
+use crate::limits::{ANGULAR, CYCLE_S, JointLimit, LINEAR, TOLERANCE, TORQUE_RATE};
+
+/// Kind of the commands of a motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Generator {
+    JointPosition,
+    JointVelocity,
+    CartesianPose,
+    CartesianVelocity,
+    /// Torques alone.
+    None,
+}
+
+impl Generator {
+    pub(crate) fn of(number: u32) -> Option<Self> {
+        Some(match number {
+            0 => Self::JointPosition,
+            1 => Self::JointVelocity,
+            2 => Self::CartesianPose,
+            3 => Self::CartesianVelocity,
+            4 => Self::None,
+            _ => return None,
+        })
+    }
+
+    fn is_cartesian(self) -> bool {
+        matches!(self, Self::CartesianPose | Self::CartesianVelocity)
+    }
+}
+
+/// A value that breaks a rule of the robot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Broken {
+    /// The error that it is.
+    pub error: Error,
+    /// The joint, from 0; `None` for a value of the end effector.
+    pub joint: Option<usize>,
+    /// The value.
+    pub value: f64,
+    /// Its limit.
+    pub limit: f64,
+    /// Unit of both.
+    pub unit: &'static str,
+}
+
+/// What a cycle's motion starts from.
+pub(crate) struct Before<'a> {
+    pub(crate) limits: &'a [JointLimit; JOINTS],
+    pub(crate) kinematics: &'a Kinematics,
+    /// End effector in the flange frame.
+    pub(crate) end_effector: &'a Isometry3<f64>,
+    /// Joints as commanded last.
+    pub(crate) joints: &'a [RampState; JOINTS],
+    /// Pose of the end effector as commanded last.
+    pub(crate) tool: &'a Tool,
+    /// Whether this is the first command of the motion.
+    pub(crate) is_first: bool,
+    /// Whether it is the last one.
+    pub(crate) is_last: bool,
+}
+
+/// The commanded motion of the end effector in the base frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Tool {
+    pub(crate) pose: Isometry3<f64>,
+    pub(crate) twist: Vector6<f64>,
+    pub(crate) acceleration: Vector6<f64>,
+}
+
+impl Tool {
+    pub(crate) fn at(pose: Isometry3<f64>) -> Self {
+        Self {
+            pose,
+            twist: Vector6::zeros(),
+            acceleration: Vector6::zeros(),
+        }
+    }
+}
+
+/// Joints and end effector after `command`.
+pub(crate) fn follow(
+    before: &Before<'_>,
+    generator: Generator,
+    command: &RobotCommand,
+) -> Result<([RampState; JOINTS], Tool), Broken> {
+    let mut tool = *before.tool;
+    let joints = match generator {
+        Generator::JointPosition => positions(before, &command.positions),
+        Generator::JointVelocity => velocities(before, &command.velocities),
+        Generator::CartesianPose => {
+            let pose = pose_of(&command.pose)?;
+            tool = moved(before.tool, &pose);
+            check_tool(before, &tool, true)?;
+            by_pose(before, &pose)?
+        }
+        Generator::CartesianVelocity => {
+            let twist = Vector6::from(command.twist);
+            tool = led(before.tool, &twist);
+            check_tool(before, &tool, false)?;
+            by_twist(before, &twist)
+        }
+        Generator::None => *before.joints,
+    };
+    if generator != Generator::None {
+        check(before, generator, &joints)?;
+    }
+    Ok((joints, tool))
+}
+
+fn positions(before: &Before<'_>, wanted: &[f64; JOINTS]) -> [RampState; JOINTS] {
+    std::array::from_fn(|joint| {
+        let last = before.joints[joint];
+        let velocity = (wanted[joint] - last.position) / CYCLE_S;
+        RampState {
+            position: wanted[joint],
+            velocity,
+            acceleration: (velocity - last.velocity) / CYCLE_S,
+        }
+    })
+}
+
+fn velocities(before: &Before<'_>, wanted: &[f64; JOINTS]) -> [RampState; JOINTS] {
+    std::array::from_fn(|joint| {
+        let last = before.joints[joint];
+        RampState {
+            position: last.position + wanted[joint] * CYCLE_S,
+            velocity: wanted[joint],
+            acceleration: (wanted[joint] - last.velocity) / CYCLE_S,
+        }
+    })
+}
+
+fn at(before: &Before<'_>) -> Joints {
+    Joints::from_fn(|joint, _| before.joints[joint].position)
+}
+
+fn by_pose(before: &Before<'_>, pose: &Isometry3<f64>) -> Result<[RampState; JOINTS], Broken> {
+    let found = before
+        .kinematics
+        .solve(&at(before), before.end_effector, pose);
+    let found = found.ok_or(Broken {
+        error: Error::CARTESIAN_JOINT_POSITION,
+        joint: None,
+        value: pose.translation.vector.norm(),
+        limit: 0.855,
+        unit: "m from the base, reached by no joint positions",
+    })?;
+    Ok(positions(before, &found.into()))
+}
+
+fn by_twist(before: &Before<'_>, twist: &Vector6<f64>) -> [RampState; JOINTS] {
+    let (jacobian, _) = before.kinematics.jacobian(&at(before), before.end_effector);
+    let found = smallest(&jacobian, twist).unwrap_or_default();
+    velocities(before, &found.into())
+}
+
+/// The pose in a message, column-major.
+pub(crate) fn pose_of(numbers: &[f64; 16]) -> Result<Isometry3<f64>, Broken> {
+    let matrix = Matrix3::from_fn(|row, column| numbers[4 * column + row]);
+    let off = (matrix * matrix.transpose() - Matrix3::identity()).amax();
+    let bottom = [numbers[3], numbers[7], numbers[11], numbers[15] - 1.0];
+    let off = bottom
+        .iter()
+        .fold(off, |worst, value| worst.max(value.abs()));
+    // Numbers of a state have 24 bits.
+    if !(off < 1.0e-5) || matrix.determinant() < 0.0 {
+        return Err(Broken {
+            error: Error::INVALID_FRAME,
+            joint: None,
+            value: off,
+            limit: 1.0e-5,
+            unit: "off a rigid transformation",
+        });
+    }
+    let rotation = Rotation3::from_matrix_unchecked(matrix);
+    Ok(Isometry3::from_parts(
+        Vector3::new(numbers[12], numbers[13], numbers[14]).into(),
+        UnitQuaternion::from_rotation_matrix(&rotation),
+    ))
+}
+
+fn moved(last: &Tool, pose: &Isometry3<f64>) -> Tool {
+    let linear = (pose.translation.vector - last.pose.translation.vector) / CYCLE_S;
+    let turn = last.pose.rotation.rotation_to(&pose.rotation).scaled_axis() / CYCLE_S;
+    let twist = Vector6::new(linear.x, linear.y, linear.z, turn.x, turn.y, turn.z);
+    Tool {
+        pose: *pose,
+        twist,
+        acceleration: (twist - last.twist) / CYCLE_S,
+    }
+}
+
+fn led(last: &Tool, twist: &Vector6<f64>) -> Tool {
+    let linear = twist.fixed_rows::<3>(0) * CYCLE_S;
+    let angular = twist.fixed_rows::<3>(3) * CYCLE_S;
+    Tool {
+        pose: Isometry3::from_parts(
+            (last.pose.translation.vector + linear).into(),
+            UnitQuaternion::from_scaled_axis(angular.into_owned()) * last.pose.rotation,
+        ),
+        twist: *twist,
+        acceleration: (twist - last.twist) / CYCLE_S,
+    }
+}
+
+/// Rounding of a position of the end effector by a state, seen in its jerk: two numbers of 24
+/// bits below 1 m, divided by the cube of a cycle.
+const ROUNDING: [f64; 3] = [6.0e-5, 0.12, 240.0];
+
+fn check_tool(before: &Before<'_>, tool: &Tool, by_pose: bool) -> Result<(), Broken> {
+    let jerk = (tool.acceleration - before.tool.acceleration) / CYCLE_S;
+    let errors = [
+        Error::CARTESIAN_VELOCITY_LIMIT,
+        Error::CARTESIAN_VELOCITY_DISCONTINUITY,
+        Error::CARTESIAN_ACCELERATION_DISCONTINUITY,
+    ];
+    for (order, values) in [tool.twist, tool.acceleration, jerk].iter().enumerate() {
+        let parts = [
+            (values.fixed_rows::<3>(0).norm(), LINEAR[order], "m"),
+            (values.fixed_rows::<3>(3).norm(), ANGULAR[order], "rad"),
+        ];
+        for (value, limit, base) in parts {
+            let room = if by_pose { 2.0 * ROUNDING[order] } else { 0.0 };
+            let is_jerk_of_end = order == 2 && before.is_last;
+            if value <= limit * (1.0 + TOLERANCE) + room || is_jerk_of_end {
+                continue;
+            }
+            let is_start = before.is_first && by_pose && order > 0;
+            return Err(Broken {
+                error: if is_start {
+                    Error::CARTESIAN_START_POSE
+                } else {
+                    errors[order]
+                },
+                joint: None,
+                value,
+                limit,
+                unit: unit(base, order),
+            });
+        }
+    }
+    Ok(())
+}
+
+fn unit(base: &str, order: usize) -> &'static str {
+    match (base, order) {
+        ("m", 0) => "m/s",
+        ("m", 1) => "m/s²",
+        ("m", _) => "m/s³",
+        (_, 0) => "rad/s",
+        (_, 1) => "rad/s²",
+        _ => "rad/s³",
+    }
+}
+
+/// Errors of joints by what is broken: position, velocity, acceleration, jerk.
+fn errors_of(generator: Generator) -> [Error; 4] {
+    if generator.is_cartesian() {
+        [
+            Error::CARTESIAN_JOINT_POSITION,
+            Error::CARTESIAN_JOINT_VELOCITY,
+            Error::CARTESIAN_JOINT_VELOCITY_DISCONTINUITY,
+            Error::CARTESIAN_JOINT_ACCELERATION_DISCONTINUITY,
+        ]
+    } else {
+        [
+            Error::POSITION_LIMIT,
+            Error::VELOCITY_LIMIT,
+            Error::VELOCITY_DISCONTINUITY,
+            Error::ACCELERATION_DISCONTINUITY,
+        ]
+    }
+}
+
+fn check(
+    before: &Before<'_>,
+    generator: Generator,
+    after: &[RampState; JOINTS],
+) -> Result<(), Broken> {
+    let by_position = matches!(
+        generator,
+        Generator::JointPosition | Generator::CartesianPose
+    );
+    let errors = errors_of(generator);
+    let joints = before.joints.iter().zip(after).zip(before.limits);
+    for (joint, ((last, next), limit)) in joints.enumerate() {
+        let broken = |error, value: f64, limit, unit| Broken {
+            error,
+            joint: Some(joint),
+            value,
+            limit,
+            unit,
+        };
+        let [_, acceleration, jerk] = smaller(by_position, last, next);
+        let is_above = |value: f64, limit: f64| !(value.abs() <= limit * (1.0 + TOLERANCE));
+        let jumps = is_above(acceleration, limit.acceleration);
+        // A jump of the first command is a wrong start, whatever limits it breaks.
+        if jumps && before.is_first && generator == Generator::JointPosition {
+            let off = next.position - last.position;
+            return Err(broken(Error::START_POSE, off, 0.0, "rad from the start"));
+        }
+        if !(limit.lower..=limit.upper).contains(&next.position) {
+            let end = if next.position < limit.lower {
+                limit.lower
+            } else {
+                limit.upper
+            };
+            return Err(broken(errors[0], next.position, end, "rad"));
+        }
+        let top = limit.velocity_at(last.position, next.velocity);
+        // libfranka widens this limit by the same number.
+        if next.velocity.abs() > top + TOLERANCE + f64::from(f32::EPSILON) / CYCLE_S {
+            return Err(broken(errors[1], next.velocity, top, "rad/s"));
+        }
+        if jumps {
+            return Err(broken(
+                errors[2],
+                acceleration,
+                limit.acceleration,
+                "rad/s²",
+            ));
+        }
+        // The last command of a motion may have been repeated since the arm was at rest.
+        if is_above(jerk, limit.jerk) && !before.is_last {
+            return Err(broken(errors[3], jerk, limit.jerk, "rad/s³"));
+        }
+    }
+    Ok(())
+}
+
+/// Velocity, acceleration and jerk from `last` to `next`. A state has numbers of 24 bits: a
+/// client that continues from a state is judged by these, one that continues from its own
+/// numbers by those, whichever is less.
+fn smaller(by_position: bool, last: &RampState, next: &RampState) -> [f64; 3] {
+    let own = rates(next, last);
+    if !by_position {
+        return own;
+    }
+    let round = |value: f64| f64::from(single(value));
+    let sent = RampState {
+        position: round(last.position),
+        velocity: round(last.velocity),
+        acceleration: round(last.acceleration),
+    };
+    let of_state = rates(next, &sent);
+    std::array::from_fn(|order| {
+        if own[order].abs() < of_state[order].abs() {
+            own[order]
+        } else {
+            of_state[order]
+        }
+    })
+}
+
+fn rates(next: &RampState, last: &RampState) -> [f64; 3] {
+    let velocity = (next.position - last.position) / CYCLE_S;
+    let acceleration = (velocity - last.velocity) / CYCLE_S;
+    [
+        velocity,
+        acceleration,
+        (acceleration - last.acceleration) / CYCLE_S,
+    ]
+}
+
+/// Checks commanded torques against those of the last cycle.
+pub(crate) fn check_torques(
+    limits: &[JointLimit; JOINTS],
+    last: &[f64; JOINTS],
+    wanted: &[f64; JOINTS],
+) -> Result<(), Broken> {
+    let joints = limits.iter().zip(last).zip(wanted);
+    for (joint, ((limit, last), wanted)) in joints.enumerate() {
+        let rate = (wanted - last) / CYCLE_S;
+        let (error, value, limit, unit) = if !(wanted.abs() <= limit.torque * (1.0 + TOLERANCE)) {
+            (Error::TORQUE_RANGE, *wanted, limit.torque, "N·m")
+        } else if !(rate.abs() <= TORQUE_RATE * (1.0 + TOLERANCE)) {
+            (Error::TORQUE_DISCONTINUITY, rate, TORQUE_RATE, "N·m/s")
+        } else {
+            continue;
+        };
+        return Err(Broken {
+            error,
+            joint: Some(joint),
+            value,
+            limit,
+            unit,
+        });
+    }
+    Ok(())
+}

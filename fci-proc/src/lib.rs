@@ -1,0 +1,19 @@
+//! The Franka control interface (FCI) of an arm of the cell: a controller whose commands come
+//! from a client program over the network.
+//!
+//! The robot behind the interface is `fci::Arm`, a pure core; [`process`] joins it to the bus,
+//! and `net` to the sockets.
+#![forbid(unsafe_code)]
+
+pub mod error;
+mod messages;
+mod net;
+pub mod process;
+mod robot;
+
+use std::process::ExitCode;
+
+/// `main` of the program.
+pub fn main() -> ExitCode {
+    cell_worker::main("fci-proc", process::run)
+}

@@ -1,0 +1,306 @@
+//! The interface on the bus: one cycle for each new state.
+//!
+//! - State k goes to the client in the cycle of tick k. Its answer is taken in the next cycle,
+//!   so a client has a millisecond, as at the robot.
+//! - In real time a cycle never waits for the client.
+//! - In lockstep it waits for the answer of a client that moves the arm. Without such a client
+//!   simulated time stands, and states are repeated every millisecond of the wall clock.
+//! - Ticks that this process missed are not sent later: the client answers only the newest
+//!   state, and the others would count as lost.
+
+use std::net::{IpAddr, Ipv4Addr};
+
+use cell_bus::{Bus, BusError, Doorbell, Publisher, Subscriber};
+use cell_rt::periodic::{SPIN_FIFO_NS, SPIN_OTHER_NS};
+use cell_rt::priority::CONTROLLER_PRIORITY;
+use cell_rt::{Clock, Monotonic};
+use cell_worker::{HealthReporter, LoopClass, Start, Turn, Wait, Woken};
+use fci::STATE_BYTES;
+use ipc_types::topic::{Process, TopicId};
+use ipc_types::world::FLAG_LOCKSTEP;
+use ipc_types::{ArmCommand, ArmStatus, TICK_NS, Wire, WorldState};
+
+use crate::error::ProcessError;
+use crate::messages::{self, Progress};
+use crate::net::Net;
+use crate::robot::Robot;
+
+mod client;
+
+/// Longest wait for a state in real time (ns); after it the turn ends without a cycle.
+const PATIENCE_NS: u64 = 5_000_000;
+/// How long lockstep polls for an answer before it sleeps in between (ns).
+const SPIN_LOCKSTEP_NS: u64 = 300_000;
+/// Grip force from which a hand holds something when this process starts (N).
+const HOLDING_FORCE_N: f64 = 1.0;
+
+/// Runs the interface until it is asked to stop.
+///
+/// # Errors
+///
+/// When the robot has no such interface, its ports are in use, or the bus cannot be joined.
+pub fn run(start: &Start) -> Result<(), ProcessError> {
+    let robot = Robot::new(start)?;
+    // Before this thread gets its priority, which new threads would inherit.
+    let net = Net::listen(address(start), robot.urdf.clone(), robot.gripper.is_some())?;
+    let fifo = start.real_time(CONTROLLER_PRIORITY, 1 + usize::from(start.arm));
+    let bus = start.join(Process::Controller(start.arm))?;
+    let mut bell = bus.sleeper(Process::Controller(start.arm))?;
+    let mut process = FciProcess::new(start, &bus, (robot, net), fifo, Monotonic)?;
+    start.populate();
+    cell_worker::run(&mut process, &mut bell);
+    Ok(())
+}
+
+/// Where the arm listens: the address of its run, or the loopback address of its number.
+fn address(start: &Start) -> IpAddr {
+    let arm = usize::from(start.arm);
+    let given = start.spec.fci.get(arm).copied().flatten();
+    given.unwrap_or(IpAddr::V4(Ipv4Addr::LOCALHOST))
+}
+
+struct FciProcess<C> {
+    robot: Robot,
+    net: Net,
+    arm: u8,
+    /// Another arm of the cell works, so time passes without a client.
+    has_other_arms: bool,
+    state: Subscriber<WorldState>,
+    command: Publisher<ArmCommand>,
+    status: Publisher<ArmStatus>,
+    sent: ArmCommand,
+    report: ArmStatus,
+    datagram: [u8; STATE_BYTES],
+    physics_bell: Doorbell,
+    task_bell: Doorbell,
+    health: HealthReporter,
+    clock: C,
+    spin_ns: u64,
+    awaits: Await,
+    /// Generation of physics and tick that were answered last.
+    answered: Option<(u32, u64)>,
+    /// Generation of physics and count of scene resets of the present motion.
+    began_with: Option<(u32, u32)>,
+    hand_messages: u32,
+    cycles: u64,
+    missed_cycles: u64,
+    lockstep: bool,
+    class: LoopClass,
+    expected_ns: u64,
+    woke_ns: u64,
+}
+
+/// What the cycle waits for.
+#[derive(Clone, Copy)]
+enum Await {
+    /// A state, until this time.
+    State(Option<u64>),
+    /// In lockstep the client: since, and the time to repeat the state.
+    Client { since_ns: u64, repeat_ns: u64 },
+}
+
+impl<C: Clock> Turn for FciProcess<C> {
+    /// The cycle: take the newest state and what the client sent, update, publish, and send the
+    /// state to the client.
+    fn turn(&mut self, woken: Woken) -> Wait {
+        if let Await::State(until_ns) = self.awaits {
+            if !self.take_state() {
+                return self.poll_for_state(until_ns, woken.now_ns);
+            }
+            self.woke_ns = self.clock.now_ns();
+            let newest = self.state.current().map(|state| &state.header);
+            let newest = newest.map(|header| (header.generation, header.tick));
+            if newest.is_none_or(|newest| self.answered == Some(newest)) {
+                return self.finish(false);
+            }
+            self.awaits = Await::Client {
+                since_ns: self.woke_ns,
+                repeat_ns: self.woke_ns + TICK_NS,
+            };
+        }
+        self.listen();
+        if let Await::Client {
+            since_ns,
+            repeat_ns,
+        } = self.awaits
+            && self.lockstep
+            && let Some(wait) = self.wait_for_client((since_ns, repeat_ns), woken.now_ns)
+        {
+            return wait;
+        }
+        self.cycle();
+        self.finish(true)
+    }
+}
+
+impl<C: Clock> FciProcess<C> {
+    fn new(
+        start: &Start,
+        bus: &Bus,
+        (robot, net): (Robot, Net),
+        fifo: bool,
+        clock: C,
+    ) -> Result<Self, BusError> {
+        let arm = start.arm;
+        let process = Process::Controller(arm);
+        let others = start.spec.fci.iter().filter(|fci| fci.is_none()).count();
+        Ok(Self {
+            robot,
+            net,
+            arm,
+            has_other_arms: others > 0,
+            state: bus.subscriber(TopicId::WorldState)?,
+            command: bus.publisher(TopicId::ArmCommand(arm))?,
+            status: bus.publisher(TopicId::ArmStatus(arm))?,
+            sent: ArmCommand::zeroed(),
+            report: ArmStatus::zeroed(),
+            datagram: [0; STATE_BYTES],
+            physics_bell: bus.doorbell(Process::Physics)?,
+            task_bell: bus.doorbell(Process::Task)?,
+            health: HealthReporter::new(start, bus, process, fifo, clock.now_ns())?,
+            clock,
+            spin_ns: if fifo { SPIN_FIFO_NS } else { SPIN_OTHER_NS },
+            awaits: Await::State(None),
+            answered: None,
+            began_with: None,
+            hand_messages: 0,
+            cycles: 0,
+            missed_cycles: 0,
+            lockstep: false,
+            class: LoopClass::new(start, CONTROLLER_PRIORITY, fifo),
+            expected_ns: 0,
+            woke_ns: 0,
+        })
+    }
+
+    fn take_state(&mut self) -> bool {
+        let Some(state) = self.state.take() else {
+            return false;
+        };
+        self.lockstep = state.has(FLAG_LOCKSTEP);
+        self.class.follow(self.lockstep);
+        self.health.set_lockstep(self.lockstep);
+        true
+    }
+
+    /// How to wait for a state that has not arrived. Ends the turn without a cycle if it stays
+    /// away.
+    fn poll_for_state(&mut self, until_ns: Option<u64>, now_ns: u64) -> Wait {
+        let until_ns = until_ns.unwrap_or(now_ns + PATIENCE_NS);
+        if now_ns > until_ns {
+            self.woke_ns = now_ns;
+            self.listen();
+            // Physics is paused or away: a client that only reads sees that the robot is there.
+            if !self.robot.arm.is_running() {
+                self.repeat_state();
+            }
+            return self.finish(false);
+        }
+        self.awaits = Await::State(Some(until_ns));
+        if self.lockstep && now_ns + PATIENCE_NS > until_ns + SPIN_LOCKSTEP_NS {
+            return Wait::Bell;
+        }
+        if self.lockstep {
+            return Wait::Yield;
+        }
+        // Overdue: polling would take the core of physics.
+        if now_ns > self.expected_ns + self.spin_ns {
+            return Wait::Sleep(now_ns + self.spin_ns);
+        }
+        Wait::Spin
+    }
+
+    /// One cycle of the robot, for the state that was taken.
+    fn cycle(&mut self) {
+        let Some(state) = self.state.current() else {
+            return;
+        };
+        let Some(arm) = state.arms().get(usize::from(self.arm)) else {
+            return;
+        };
+        let (generation, tick) = (state.header.generation, state.header.tick);
+        let now = (generation, state.panel.scene_reset);
+        let is_new = self.began_with != Some(now);
+        self.began_with = Some(now);
+        let last = self
+            .answered
+            .filter(|(answered, _)| *answered == generation);
+        let after_ms = last.map_or(1, |(_, last)| tick.saturating_sub(last)).max(1);
+        self.missed_cycles += after_ms - 1;
+        self.cycles += 1;
+        let measured = messages::measured(arm, is_new);
+        let fingers = messages::fingers(arm);
+        let Robot {
+            arm: robot,
+            gripper,
+            ..
+        } = &mut self.robot;
+        let setpoint = robot.advance(&measured, after_ms);
+        let (width, force) = gripper.as_mut().map_or((0.0, 0.0), |gripper| {
+            if is_new {
+                // A hand that holds something keeps its grip: an open width would drop it.
+                let holds = fingers.force > HOLDING_FORCE_N;
+                gripper.begin(if holds { 0.0 } else { fingers.width });
+            }
+            gripper.advance(&fingers)
+        });
+        messages::command(state, (self.arm, width, force), &setpoint, &mut self.sent);
+        let progress = Progress {
+            is_moving: robot.is_moving(),
+            cycles: self.cycles,
+            missed_cycles: self.missed_cycles,
+        };
+        messages::status(state, arm, &self.sent, &progress, &mut self.report);
+        let arm = *arm;
+        self.publish();
+        self.answered = Some((generation, tick));
+        self.send(&measured, &arm);
+        self.reply();
+        if let Some(reflex) = self.robot.arm.take_reflex() {
+            self.health.note(&messages::reflex(&reflex));
+        }
+    }
+
+    fn publish(&mut self) {
+        let (command, report) = (&self.sent, &self.report);
+        // Status before command: a process that has the command may rely on the status.
+        let _sent = self.status.publish(|message| *message = *report).is_ok();
+        let _sent = self.command.publish(|message| *message = *command).is_ok();
+        if self.lockstep {
+            self.physics_bell.ring();
+            self.task_bell.ring();
+        }
+    }
+
+    /// Ends a turn, which had a cycle if `has_cycle`, and starts the wait for the next state.
+    fn finish(&mut self, has_cycle: bool) -> Wait {
+        let late_ns = if self.lockstep || self.expected_ns == 0 {
+            0
+        } else {
+            self.woke_ns.saturating_sub(self.expected_ns)
+        };
+        self.expected_ns = self.woke_ns + TICK_NS;
+        let tick = self.answered.map_or(0, |(_, tick)| tick);
+        let now_ns = self.clock.now_ns();
+        if has_cycle {
+            self.health
+                .cycle(tick, self.woke_ns, late_ns, [0.0; 4], now_ns);
+        } else {
+            self.health.idle();
+            // A subscriber that joined late gets the newest message only by this call.
+            self.command.update_connections();
+            self.status.update_connections();
+        }
+        let states = self.state.counts();
+        self.health
+            .totals(self.missed_cycles, states.rejected, states.fenced);
+        self.health
+            .refused("state", self.state.take_invalid(), now_ns);
+        self.health.publish_if_due(tick, now_ns);
+        self.awaits = Await::State(None);
+        if self.lockstep {
+            return Wait::Spin;
+        }
+        Wait::Sleep(self.expected_ns.saturating_sub(self.spin_ns))
+    }
+}

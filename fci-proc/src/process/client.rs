@@ -1,0 +1,139 @@
+//! The client: what it sends, what is sent to it, and in lockstep the wait for it.
+
+use cell_rt::Clock;
+use cell_worker::Wait;
+use fci::{GRIPPER_STATE_BYTES, Gripper, Measured};
+use ipc_types::{ArmState, TICK_NS};
+
+use super::{Await, FciProcess, SPIN_LOCKSTEP_NS};
+use crate::messages;
+use crate::net::Event;
+use crate::robot::Robot;
+
+/// How long lockstep waits for an answer of a client that moves the arm (ns).
+const SILENCE_NS: u64 = 1_000_000_000;
+/// Sleep between two looks for an answer (ns).
+const NAP_NS: u64 = 50_000;
+/// Ticks between two states of the hand.
+const HAND_TICKS: u64 = 10;
+
+impl<C: Clock> FciProcess<C> {
+    /// Takes what the clients have sent.
+    pub(super) fn listen(&mut self) {
+        let Robot { arm, gripper, .. } = &mut self.robot;
+        let state = self.state.current();
+        let own = state.and_then(|state| state.arms().get(usize::from(self.arm)));
+        while let Some(event) = self.net.event() {
+            match (event, gripper.as_mut()) {
+                (Event::Request(_, framed), _) => arm.request(&framed),
+                (Event::Closed(_), _) => arm.disconnect(),
+                (Event::HandRequest(_, framed), Some(gripper)) => {
+                    let fingers = own.map(messages::fingers).unwrap_or_default();
+                    gripper.request(&framed, &fingers);
+                }
+                (Event::HandClosed(_), Some(gripper)) => gripper.disconnect(),
+                _ => {}
+            }
+        }
+        while let Some(command) = self.net.command() {
+            arm.datagram(&command);
+        }
+        self.reply();
+    }
+
+    pub(super) fn reply(&mut self) {
+        while let Some(reply) = self.robot.arm.take_reply() {
+            self.net.reply(reply);
+        }
+        let Some(gripper) = &mut self.robot.gripper else {
+            return;
+        };
+        while let Some(reply) = gripper.take_reply() {
+            self.net.reply_hand(reply);
+        }
+    }
+
+    /// In lockstep: how to wait for the client; `None` where the cycle can run.
+    pub(super) fn wait_for_client(
+        &mut self,
+        (since_ns, repeat_ns): (u64, u64),
+        now_ns: u64,
+    ) -> Option<Wait> {
+        let arm = &self.robot.arm;
+        if arm.is_answered() {
+            return None;
+        }
+        let is_running = arm.is_running();
+        let is_busy = self.robot.gripper.as_ref().is_some_and(Gripper::is_busy);
+        if !is_running && (self.has_other_arms || !arm.is_at_rest() || is_busy) {
+            return None;
+        }
+        // Before the first cycle physics knows no setpoint of this controller.
+        let (_, tick) = self.answered?;
+        self.health.idle();
+        self.health.publish_if_due(tick, now_ns);
+        if is_running {
+            if now_ns > since_ns + SILENCE_NS {
+                self.net.drop_client();
+                self.robot.arm.disconnect();
+                self.health
+                    .note("the client did not answer for 1 s: its motion has ended");
+                return None;
+            }
+            let polls = now_ns < since_ns + SPIN_LOCKSTEP_NS;
+            return Some(if polls {
+                Wait::Yield
+            } else {
+                Wait::Sleep(now_ns + NAP_NS)
+            });
+        }
+        // Simulated time stands.
+        let mut next_ns = repeat_ns;
+        if now_ns >= repeat_ns {
+            self.repeat_state();
+            next_ns = now_ns + TICK_NS;
+            self.awaits = Await::Client {
+                since_ns,
+                repeat_ns: next_ns,
+            };
+        }
+        // A client that has seen its motion in a state answers it.
+        let nap_ns = if self.robot.arm.is_moving() {
+            now_ns + NAP_NS
+        } else {
+            next_ns
+        };
+        Some(Wait::Sleep(nap_ns.min(next_ns)))
+    }
+
+    /// Sends the present state under the next number.
+    pub(super) fn repeat_state(&mut self) {
+        let Some((_, arm)) = self.present() else {
+            return;
+        };
+        let measured = messages::measured(&arm, false);
+        self.robot.arm.repeat();
+        self.send(&measured, &arm);
+    }
+
+    /// The newest state, and this arm in it.
+    fn present(&self) -> Option<(u64, ArmState)> {
+        let state = self.state.current()?;
+        let arm = state.arms().get(usize::from(self.arm))?;
+        Some((state.header.tick, *arm))
+    }
+
+    pub(super) fn send(&mut self, measured: &Measured, arm: &ArmState) {
+        self.robot.arm.write_state(measured, &mut self.datagram);
+        self.net.send(&self.datagram);
+        let Some(gripper) = &self.robot.gripper else {
+            return;
+        };
+        if self.robot.arm.message_id().is_multiple_of(HAND_TICKS) {
+            let mut state = [0; GRIPPER_STATE_BYTES];
+            self.hand_messages = self.hand_messages.wrapping_add(1);
+            gripper.write_state(self.hand_messages, &messages::fingers(arm), &mut state);
+            self.net.send_hand(&state);
+        }
+    }
+}
