@@ -6,7 +6,7 @@
 //! - In lockstep it waits for the answer of a client that moves the arm. Without such a client
 //!   simulated time stands, and states are repeated every millisecond of the wall clock.
 //! - Ticks that this process missed are not sent later: the client answers only the newest
-//!   state, and the others would count as lost.
+//!   state, and the others would count as lost. The robot's time stands in them.
 
 use std::net::{IpAddr, Ipv4Addr};
 
@@ -225,8 +225,8 @@ impl<C: Clock> FciProcess<C> {
         let last = self
             .answered
             .filter(|(answered, _)| *answered == generation);
-        let after_ms = last.map_or(1, |(_, last)| tick.saturating_sub(last)).max(1);
-        self.missed_cycles += after_ms - 1;
+        let ticks = last.map_or(1, |(_, last)| tick.saturating_sub(last));
+        self.missed_cycles += ticks.saturating_sub(1);
         self.cycles += 1;
         let measured = messages::measured(arm, is_new);
         let fingers = messages::fingers(arm);
@@ -235,7 +235,7 @@ impl<C: Clock> FciProcess<C> {
             gripper,
             ..
         } = &mut self.robot;
-        let setpoint = robot.advance(&measured, after_ms);
+        let setpoint = robot.advance(&measured);
         let (width, force) = gripper.as_mut().map_or((0.0, 0.0), |gripper| {
             if is_new {
                 // A hand that holds something keeps its grip: an open width would drop it.

@@ -17,9 +17,10 @@ const REACH_M: f64 = 0.02;
 
 impl Arm {
     /// One cycle: takes the answer to the last state, if there is one, and gives the setpoint.
-    /// The next state is that of `after_ms` milliseconds later, usually 1. In
-    /// lockstep a missing answer is waited for, and this is not called without it.
-    pub fn advance(&mut self, measured: &Measured, after_ms: u64) -> Setpoint {
+    /// In lockstep a missing answer is waited for, and this is not called without it.
+    // A state is a millisecond of the robot, also where the caller missed one of physics: the
+    // motion of a client would jump by two steps.
+    pub fn advance(&mut self, measured: &Measured) -> Setpoint {
         let answer = self.answer.take();
         if measured.is_held {
             // Nobody broke a rule: the drives are held, or physics started again.
@@ -31,7 +32,7 @@ impl Arm {
             Mode::Idle | Mode::Reflex => self.brake(),
         }
         self.serve_waiting();
-        self.message_id += after_ms.max(1);
+        self.message_id += 1;
         self.setpoint(measured)
     }
 

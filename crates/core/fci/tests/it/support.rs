@@ -82,7 +82,7 @@ impl Bench {
         if let Some(answer) = answer.into() {
             self.arm.datagram(answer);
         }
-        let setpoint = self.arm.advance(&self.measured, 1);
+        let setpoint = self.arm.advance(&self.measured);
         self.measured.setpoint = setpoint.joints;
         self.measured.positions = setpoint.joints.map(|joint| joint.position);
         self.measured.velocities = setpoint.joints.map(|joint| joint.velocity);
