@@ -20,7 +20,7 @@ export async function status({ page, robocell, forgive, look, same }) {
   const reason = await bar.locator(".detail").innerText();
   if (!/^[a-z ]{5,} · out of the cell: yellow_cube$/.test(reason)) throw new Error(`the reason of the failure: ${reason}`);
   await press("Look at the moment");
-  await state("Past");
+  await state("Past · failed");
   const failed_s = await look((r) => r.store.lanes.filter(({ kind, label }) => kind === "task" && label === "failed").at(-1).from_s);
   const shown_s = await look((r) => r.store.snapshot.time);
   if (Math.abs(failed_s - shown_s) > 0.05) throw new Error(`failed at ${failed_s} s, shown is ${shown_s} s`);
@@ -30,10 +30,24 @@ export async function status({ page, robocell, forgive, look, same }) {
   await state("Running");
   robocell("down");
   await state("The cell has ended");
+  await endedLooksEnded(page, look, same);
   await titled("The cell has ended");
   same("what starts it again", await bar.locator("code").innerText(), await look((r) => `robocell run franka-stack --policy ${r.store.hello.run.policy} --seed ${r.store.hello.run.seed}`));
   same("the colour of a process that has ended", await look(() => getComputedStyle(document.querySelector(".process .dot")).backgroundColor), "rgb(149, 163, 179)");
   forgive(/WebSocket connection to|ERR_CONNECTION_REFUSED/);
+}
+
+/** Nothing that was a number of now is left, nothing pulses, and the bar says how the task was. */
+async function endedLooksEnded(page, look, same) {
+  await page.locator("#status .detail", { hasText: /^task running · [A-Z_ ]+ · / }).waitFor();
+  await page.locator(".summary .badge", { hasText: /^ended: running$/ }).waitFor();
+  await page.locator(".badges .badge", { hasText: /^ended$/ }).waitFor();
+  const left = await look(() => {
+    const shown = (at) => [...document.querySelectorAll(at)].filter((node) => node.checkVisibility()).map((node) => node.textContent);
+    return { factor: shown(".factor"), rates: [...new Set(shown(".process .head .num:first-of-type"))], decision: shown(".summary .num:not(b)"), live: shown("#bottom .live") };
+  });
+  same("what was live", left, { factor: ["ended"], rates: ["ended"], decision: [], live: ["Ended"] });
+  same("what pulses", await look(() => document.getAnimations().filter(({ playState }) => playState === "running").length), 0);
 }
 
 /** A recorded run in which the task and physics were killed: its incidents, lanes and faults are shown from the start. */
@@ -60,15 +74,30 @@ export async function recorded({ page, until, same, look }) {
 }
 
 /** What is wrong while a task runs that does not know of it, and that there is nothing to list yet. */
-export async function told({ page, robocell, press }) {
+export async function told({ page, robocell }) {
   const bar = page.locator("#status");
   await page.locator(".no-event", { hasText: /^No event yet\.$/ }).waitFor();
   robocell("resume");
   await bar.locator(".state", { hasText: /^Running$/ }).waitFor();
   robocell("drag", "cube", "--to", "1.5", "0", "0.6");
-  await bar.locator(".detail", { hasText: / · out of the cell: cube$/ }).waitFor();
-  await page.locator('#status[data-tone="warn"]').waitFor();
+  await bar.locator(".state", { hasText: /^Object lost$/ }).waitFor();
+  await bar.locator(".detail", { hasText: /^cube · / }).waitFor();
+  await page.locator('#status[data-tone="bad"]').waitFor();
+  await bar.getByRole("button", { name: "Reset", exact: true }).waitFor();
   await page.locator('.process .dot[data-tone="warn"]').waitFor();
-  await press("robocell pause");
-  await page.locator(".no-event").waitFor({ state: "hidden" });
+  await page.locator(".lost-list .tree-row", { hasText: "cube" }).waitFor();
+  // What no process tells of is an event and a mark.
+  for (const [text, mark] of [[/by hand: cube is pulled$/, "hand"], [/object lost: cube fell out of the cell$/, "drop"]]) {
+    await page.locator(".event", { hasText: text }).waitFor();
+    await page.locator(`.marks [data-mark="${mark}"]`).first().waitFor({ state: "attached" });
+  }
+  robocell("pause");
+  await bar.locator(".state", { hasText: /^Paused · object lost$/ }).waitFor();
+  await page.locator(".event", { hasText: /operator: pause$/ }).waitFor();
+  await page.locator("#bottom .live", { hasText: /^Paused$/ }).waitFor();
+  await page.locator(".process .num", { hasText: /^paused$/ }).first().waitFor();
+  // A page that is opened later knows what was recorded.
+  await page.reload();
+  await page.locator(".event", { hasText: /object lost: cube/ }).first().waitFor();
+  await page.locator('.marks [data-mark="drop"]').first().waitFor({ state: "attached" });
 }

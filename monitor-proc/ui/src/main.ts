@@ -7,6 +7,7 @@ import { followMoment } from "./net/moment";
 import { Store } from "./net/store";
 import { mountPanels } from "./panels/index";
 import { settled } from "./settled";
+import { Witness } from "./net/witness";
 import { View } from "./view/index";
 
 declare global {
@@ -36,6 +37,7 @@ const hand = new Hand(store);
 const jog = new Jog(hand);
 const view = makeView(store, element);
 window.robocell = { store, view, settled: settled(store) };
+new Witness(store);
 followMoment(store);
 mountPanels(store, view, hand, jog);
 

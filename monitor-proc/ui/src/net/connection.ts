@@ -85,8 +85,9 @@ export function connect(store: Store, url: string): void {
     };
     next.onclose = () => {
       for (const id of [...waiting.keys()]) settle(refused(id, "the connection was lost"));
-      if (store.connected) store.emit("connection", false);
+      const was = store.connected;
       store.connected = false;
+      if (was) store.emit("connection", false);
       void again();
     };
     socket = next;

@@ -16,8 +16,17 @@ export function answerFrom(snapshots: Snapshot[] | null): void {
   known = snapshots;
 }
 
+/** The last request: the monitor refuses a second one at the same time. */
+let asked: Promise<unknown> = Promise.resolve();
+
 /** At most `count` snapshots of `span`; none where nothing of it is recorded. */
-export async function snapshotsOf(span: Span, count: number): Promise<Snapshot[]> {
+export function snapshotsOf(span: Span, count: number): Promise<Snapshot[]> {
+  const found = asked.then(() => ask(span, count));
+  asked = found.catch(() => []);
+  return found;
+}
+
+async function ask(span: Span, count: number): Promise<Snapshot[]> {
   const { from_s, to_s, epoch } = span;
   if (known !== null) return known.filter(({ time }) => time >= from_s && time <= to_s);
   const query = new URLSearchParams({ from_s: String(from_s), to_s: String(to_s), count: String(count) });

@@ -14,6 +14,7 @@ import type {
 } from "./protocol";
 import { Ages } from "./ages";
 import { isCurrent, markedAt } from "./epochs";
+import { lostOf } from "./lost";
 import { decode, type Snapshot } from "./snapshot";
 
 const KEPT_LINES = 2000;
@@ -47,6 +48,11 @@ export interface Events {
 
 type Listener<K extends keyof Events> = (value: Events[K]) => void;
 
+/** What a person does with the clock or an object is marked. */
+function withHand(line: LogLine): LogLine {
+  return line.mark === null && /^operator: (pause|drag )/.test(line.text) ? { ...line, mark: "hand" } : line;
+}
+
 /** One with the lane, epoch and beginning of a known one takes its place. */
 function withSpans(known: Span[], spans: Span[]): Span[] {
   const key = (span: Span) => `${span.lane} ${span.epoch} ${span.from_s}`;
@@ -61,6 +67,8 @@ export class Store {
   refused = false;
   /** The monitor said that the cell has ended. */
   ended = false;
+  /** Clock time of the last message (ms); null while there was none. */
+  heard_ms: number | null = null;
   hello: Hello | null = null;
   scene: Scene | null = null;
   snapshot: Snapshot | null = null;
@@ -73,6 +81,8 @@ export class Store {
   keys: Record<string, string>[] = [];
   guards: Record<string, boolean>[] = [];
   log: LogLine[] = [];
+  /** Lines of what the page saw itself. */
+  own: LogLine[] = [];
   /** Of a recording: all lines of its log that are marked on the timeline. */
   private marks: LogLine[] = [];
   timeline: Timeline | null = null;
@@ -107,7 +117,13 @@ export class Store {
 
   /** Lines that have the marks of the timeline. */
   get marked(): readonly LogLine[] {
-    return this.marks.length > 0 ? this.marks : this.log;
+    // Of a recording the log has what was played.
+    return this.hello?.live === false ? [...(this.marks.length > 0 ? this.marks : this.log), ...this.own] : this.log;
+  }
+
+  /** Names of the objects that fell out of the cell, at the moment that is shown. */
+  get lost(): string[] {
+    return lostOf(this.scene, this.snapshot);
   }
 
   /** Whether `line` is part of the history that led to now. */
@@ -130,6 +146,7 @@ export class Store {
   takeFrame(frame: ArrayBuffer): void {
     const snapshot = decode(frame);
     if (snapshot === null) return;
+    this.heard_ms = Date.now();
     this.snapshot = snapshot;
     this.emit("snapshot", snapshot);
   }
@@ -148,6 +165,7 @@ export class Store {
         // nothing that was there is taken away.
         if (this.hello?.run.id !== message.run.id) {
           this.log = [];
+          this.own = [];
           this.marks = [];
           this.timeline = null;
           this.lanes = [];
@@ -221,6 +239,7 @@ export class Store {
   /** While the past is shown, task and equipment are as they were then. */
   private takeStatus(status: Status): void {
     this.newest = status;
+    this.heard_ms = Date.now();
     const { task, equipment } = this.past ?? status;
     this.status = { ...status, task, equipment };
     this.emit("status", this.status);
@@ -253,11 +272,36 @@ export class Store {
   private takeLog(lines: LogLine[], all: boolean): void {
     const known = this.log.length;
     if (all) this.log = [];
-    this.log.push(...lines);
+    const marked = lines.map(withHand);
+    this.log.push(...marked);
+    if (all) this.insertOwn(this.hello?.live === false ? this.own.filter(({ time_s }) => time_s <= (this.snapshot?.time ?? 0)) : this.own);
     this.log.splice(0, this.log.length - KEPT_LINES);
     // Nothing new was said where all is told once more.
-    this.emit("log", all && known > 0 ? [] : lines);
+    this.emit("log", all && (known > 0 || this.own.length > 0) ? [] : marked);
     if (!all) this.emit("newLines", lines);
+  }
+
+  /** Adds lines of what the page saw itself; a recording shows them when they are played. */
+  addOwn(lines: LogLine[]): void {
+    this.own.push(...lines);
+    if (this.hello?.live !== false) this.showOwn((line) => lines.includes(line));
+  }
+
+  /** Shows the own lines that `fits` chooses. */
+  showOwn(fits: (line: LogLine) => boolean): void {
+    const lines = this.own.filter((line) => fits(line) && !this.log.includes(line));
+    if (lines.length === 0) return;
+    this.insertOwn(lines);
+    const isNewest = lines.every((line, index) => this.log[this.log.length - lines.length + index] === line);
+    this.emit("log", isNewest ? lines : []);
+  }
+
+  /** Each before what came later. */
+  private insertOwn(lines: LogLine[]): void {
+    for (const line of lines) {
+      const at = this.log.findIndex(({ epoch, time_s }) => epoch === line.epoch && time_s > line.time_s);
+      this.log.splice(at < 0 ? this.log.length : at, 0, line);
+    }
   }
 
   private takePast(past: Past): void {

@@ -1,5 +1,6 @@
 // What all panels share: the store, the view, the selected arm, and commands.
 import type { Hand } from "../hand/hand";
+import { type Link, linkOf } from "../net/link";
 import type { Command } from "../net/protocol";
 import { FLAG, type Snapshot } from "../net/snapshot";
 import type { Store } from "../net/store";
@@ -79,6 +80,16 @@ export class PanelContext {
 
   get snapshot(): Snapshot | null {
     return this.store.snapshot;
+  }
+
+  /** Whether all that is shown was told before the connection was lost. */
+  get isStale(): boolean {
+    return this.store.hello !== null && !this.store.connected;
+  }
+
+  /** Whether the page and the monitor speak to each other. */
+  get link(): Link {
+    return linkOf(this.store);
   }
 
   get paused(): boolean {

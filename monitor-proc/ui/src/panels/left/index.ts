@@ -3,7 +3,7 @@ import type { PanelContext } from "../context";
 import { el } from "../dom";
 import { inspector } from "../inspect/index";
 import { processes } from "./processes";
-import { sceneTree } from "./scene-tree";
+import { lostList, sceneTree } from "./scene-tree";
 import { viewTools } from "./view-tools";
 
 export function mountLeft(context: PanelContext, host: HTMLElement): void {
@@ -13,6 +13,7 @@ export function mountLeft(context: PanelContext, host: HTMLElement): void {
     el(
       "div",
       { class: "scroll" },
+      lostList(context),
       section("Processes", processes(context)),
       section("View", viewTools(context)),
       section("Scene", sceneTree(context)),

@@ -24,7 +24,17 @@ export function processes(context: PanelContext): HTMLElement {
       for (const name of names) rows.set(name, processRow(context, name));
       list.replaceChildren(...[...rows.values()].map((row) => row.root));
     }
-    for (const one of status.processes) rows.get(one.name)?.show(one);
+    show();
+  });
+  // A rate is not one of now while nothing moves, and where nothing answers.
+  const show = () => {
+    for (const one of context.store.status?.processes ?? []) rows.get(one.name)?.show(one);
+  };
+  let shown = "";
+  context.pulse.add(list, () => {
+    const state = `${context.isStale} ${context.link} ${context.paused}`;
+    if (state !== shown) show();
+    shown = state;
   });
   return list;
 }
@@ -34,6 +44,7 @@ function processRow(context: PanelContext, name: string): Row {
   const rate = el("span", { class: "num" });
   const late = el("span", { class: "num" });
   const more = el("div", { class: "dim more" });
+  const fault = el("div", { class: "more fault", "data-tone": "warn", hidden: true });
   const policy = name === "task" ? policyChoice(context) : null;
   // Each arm's controller is listed, but they are started together.
   const process = name.replace(/-\d+$/, "");
@@ -48,24 +59,35 @@ function processRow(context: PanelContext, name: string): Row {
       context.send({ do: "restart", process, ...(other() && policy ? { policy: policy.value } : {}) }),
   });
   const head = el("div", { class: "head" }, dot, el("b", { class: "name", title: name }, name), rate, late, restart);
-  const root = el("div", { class: "process" }, head, el("div", { class: "foot" }, more, policy));
-  return { root, show: (status) => show(status, { root, dot, rate, late, more }) };
+  const root = el("div", { class: "process" }, head, fault, el("div", { class: "foot" }, more, policy));
+  return { root, show: (status) => show(context, status, { root, dot, rate, late, more, fault }) };
 }
 
 /** Scheduling in words. */
 const PRIORITY: Record<string, string> = { fifo: "real-time priority", other: "normal priority" };
 
+/** What a process does not do now, in a word; null while it works. */
+function rests(context: PanelContext, status: ProcessStatus): string | null {
+  if (context.isStale) return context.link;
+  if (status.state !== "running") return status.state;
+  // The monitor has a clock of its own.
+  return context.paused && context.store.hello?.live === true && status.name !== "monitor" ? "paused" : null;
+}
+
 function show(
+  context: PanelContext,
   status: ProcessStatus,
-  at: { root: HTMLElement; dot: HTMLElement; rate: HTMLElement; late: HTMLElement; more: HTMLElement },
+  at: { root: HTMLElement; dot: HTMLElement; rate: HTMLElement; late: HTMLElement; more: HTMLElement; fault: HTMLElement },
 ): void {
+  const rest = rests(context, status);
   const running = status.state === "running";
   const idle = running && status.rate_hz < 0.5;
   const fault = status.note.startsWith("fault: ");
-  setAttr(at.dot, "data-tone", running ? (fault ? "warn" : idle ? null : "ok") : "bad");
-  setTitle(at.dot, fault ? status.note : idle ? "running, but no cycle in the last second" : status.state);
-  setText(at.rate, running ? `${status.rate_hz.toFixed(0)} Hz` : status.state);
-  setText(at.late, running && status.late_p99_us > 0 ? micros(status.late_p99_us) : "–");
+  setAttr(at.dot, "data-tone", context.isStale ? null : running ? (fault ? "warn" : idle || rest !== null ? null : "ok") : "bad");
+  const cycles = `${status.state}, ${status.rate_hz.toFixed(0)} cycles a second`;
+  setTitle(at.dot, fault ? status.note : idle ? "running, but no cycle in the last second" : rest === "paused" ? `${cycles}; simulated time is paused` : cycles);
+  setText(at.rate, rest ?? `${status.rate_hz.toFixed(0)} Hz`);
+  setText(at.late, rest === null && status.late_p99_us > 0 ? micros(status.late_p99_us) : "–");
   setTitle(
     at.late,
     `lateness p50 ${micros(status.late_p50_us)}, p99 ${micros(status.late_p99_us)}, max ${micros(status.late_max_us)}`,
@@ -76,14 +98,14 @@ function show(
   if (status.missed > 0) facts.push(status.missed === 1 ? "1 cycle missed" : `${status.missed} cycles missed`);
   if (status.rejected > 0) facts.push(`${status.rejected} rejected`);
   if (status.fenced > 0) facts.push(`${status.fenced} fenced`);
-  // A fault comes first, and all of it can be read.
-  if (fault) facts.unshift(status.note);
-  else if (status.note !== "") facts.push(status.note);
+  // A fault has its own line, and all of it can be read.
+  at.fault.hidden = !fault;
+  setText(at.fault, fault ? status.note : "");
+  if (!fault && status.note !== "") facts.push(status.note);
   setText(at.more, facts.join(" · "));
-  setAttr(at.more, "data-tone", fault ? "warn" : null);
   if (status.missed_why !== "") facts.push(`missed: ${status.missed_why}`);
   setTitle(at.more, `pid ${status.pid ?? "–"} · ${facts.join(" · ")}`);
-  at.root.classList.toggle("silent", !running);
+  at.root.classList.toggle("silent", !running && !context.isStale);
 }
 
 /** With which policy the task starts again; of no use where there is one. */

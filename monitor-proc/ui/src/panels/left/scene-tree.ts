@@ -28,6 +28,25 @@ export function sceneTree(context: PanelContext): HTMLElement {
   return root;
 }
 
+/** The objects that fell out of the cell, above everything else: no window is too low for them. */
+export function lostList(context: PanelContext): HTMLElement {
+  const root = el("div", { class: "lost-list", role: "status", hidden: true });
+  let shown = "";
+  context.pulse.add(null, () => {
+    const { lost } = context.store;
+    if (lost.join() === shown) return;
+    shown = lost.join();
+    root.hidden = lost.length === 0;
+    root.replaceChildren(...lost.map((name) => row(context, name, colourOf(context, name), el("span", { class: "state", "data-tone": "bad" }, "lost"))));
+  });
+  return root;
+}
+
+function colourOf({ store }: PanelContext, name: string): string | null {
+  const object = store.scene?.objects.find((one) => one.name === name);
+  return object === undefined ? null : css(object.colour);
+}
+
 function group(name: string, rows: HTMLElement[]): HTMLElement {
   const head = el("summary", {}, name, el("span", { class: "dim count" }, String(rows.length)));
   return el("details", { open: true, class: "tree-group" }, head, ...rows);

@@ -1,5 +1,6 @@
 // The bar above the 3D view with the state of the cell; also in the title of the window.
-import { FLAG, isUnreachable, OBJECT } from "../../net/snapshot";
+import { afterDone, phaseOf } from "../../net/phases";
+import { FLAG, isUnreachable } from "../../net/snapshot";
 import { button, type ButtonSpec } from "../button";
 import type { PanelContext } from "../context";
 import { el, setAttr, setText, setTitle } from "../dom";
@@ -16,15 +17,9 @@ export function mountStatus(context: PanelContext, host: HTMLElement): void {
   const buttons = Object.entries(actions(context)).map(([name, spec]) => ({ name: name as Action, node: button(context, spec) }));
   const said = el("div", { class: "said", role: "status" }, state, detail);
   host.replaceChildren(said, command, ...buttons.map(({ node }) => node));
-  let heard_ms: number | null = null;
-  const hear = () => {
-    heard_ms = Date.now();
-  };
-  store.on("snapshot", hear);
-  store.on("status", hear);
   let shown = "";
   const show = () => {
-    const line = lineOf(factsOf(context, heard_ms));
+    const line = lineOf(factsOf(context));
     const text = JSON.stringify(line);
     if (text === shown) return;
     shown = text;
@@ -34,11 +29,13 @@ export function mountStatus(context: PanelContext, host: HTMLElement): void {
     setTitle(detail, line.detail);
     command.replaceChildren(...(line.command === null ? [] : [copyable(context, line.command)]));
     for (const { name, node } of buttons) node.hidden = !line.actions.includes(name);
-    document.body.classList.toggle("stale", line.tone === "stale");
     document.title = titleOf(line, store.hello?.run.demo);
   };
   context.pulse.add(null, () => {
-    document.body.classList.toggle("no-task", store.earlier?.hasTask === false);
+    const { classList } = document.body;
+    classList.toggle("no-task", store.earlier?.hasTask === false);
+    classList.toggle("stale", context.isStale);
+    classList.toggle("still", context.isStale || context.paused);
     show();
   });
   store.on("connection", show);
@@ -50,7 +47,7 @@ function titleOf({ state, detail }: Line, demo: string | undefined): string {
   return [short === "" ? state : `${state}: ${short}`, demo ?? "", "robocell"].filter((part) => part !== "").join(" · ");
 }
 
-function factsOf(context: PanelContext, heard_ms: number | null): Facts {
+function factsOf(context: PanelContext): Facts {
   const { store, snapshot } = context;
   const { hello, status, scene } = store;
   const arms = scene?.arms ?? [];
@@ -59,19 +56,14 @@ function factsOf(context: PanelContext, heard_ms: number | null): Facts {
     if (name === undefined) return [];
     return [arms.length > 1 ? `${arms[arm]?.name ?? ""} holds ${name}` : `holds ${name}`];
   });
-  const objects = (scene?.objects ?? []).filter(({ parked }, index) => {
-    const flags = snapshot?.objects[index]?.flags ?? OBJECT.enabled;
-    return parked !== true && (flags & OBJECT.enabled) === 0;
-  });
   const shown_s = snapshot?.time ?? 0;
   return {
-    connected: store.connected,
-    refused: store.refused,
-    ended: store.ended,
+    link: context.link,
     hello,
-    heard_ms,
-    now_ms: Date.now(),
+    heard_ms: store.heard_ms,
     task: status?.task ?? null,
+    phase: phaseOf(store),
+    since: afterDone(store),
     shown_s,
     newest_s: Math.max(store.timeline?.to_s ?? 0, shown_s),
     past: context.flag(FLAG.notLive),
@@ -82,7 +74,7 @@ function factsOf(context: PanelContext, heard_ms: number | null): Facts {
     startEvent: scene?.start_event === true,
     held,
     unreached: unreached(context),
-    lost: objects.map(({ name }) => name),
+    lost: store.lost,
     incidents: new Set(store.marked.flatMap(({ incident }) => incident ?? [])).size,
   };
 }
@@ -91,7 +83,7 @@ function factsOf(context: PanelContext, heard_ms: number | null): Facts {
 function unreached({ snapshot, store: { scene } }: PanelContext): string {
   if (scene?.task["kind"] !== "reach") return "";
   const arm = snapshot?.arms.find(isUnreachable);
-  return arm === undefined ? "" : `target not reached (${arm.notReached ?? "unreachable"}), ${(1000 * arm.positionError).toFixed(0)} mm away`;
+  return arm === undefined ? "" : `${(1000 * arm.positionError).toFixed(0)} mm away: ${arm.notReached ?? "unreachable"}`;
 }
 
 /** Simulated time at which the task failed (s). */
@@ -102,23 +94,33 @@ function failedAt(context: PanelContext): number | null {
 
 function actions(context: PanelContext): Record<Action, ButtonSpec> {
   const { again, start, resume } = taskActions(context);
+  const why = () => context.cellRefusal();
   return {
+    play: {
+      label: "Play",
+      about: () => "Let simulated time advance",
+      twin: () => "robocell resume",
+      why,
+      primary: () => why() === null,
+      run: () => context.send({ do: "resume" }),
+    },
     again,
     start,
     resume,
+    reset: {
+      label: "Reset",
+      about: () => "Put the scene back to its beginning, with the objects that are lost",
+      twin: () => "robocell reset",
+      why,
+      primary: () => why() === null,
+      run: () => context.send({ do: "reset" }),
+    },
     moment: {
       label: "Look at the moment",
       about: () => "Show the moment at which the task failed",
       twin: () => null,
       why: () => (failedAt(context) === null ? "the flight recorder does not hold that moment any more" : null),
       run: () => context.send({ do: "seek", time_s: failedAt(context) }),
-    },
-    play: {
-      label: "Play",
-      about: () => "Let simulated time advance",
-      twin: () => "robocell resume",
-      why: () => context.cellRefusal(),
-      run: () => context.send({ do: "resume" }),
     },
   };
 }

@@ -1,20 +1,20 @@
-// The state of the cell in one line: the first of these that is true.
+// The state of the cell in one line: how the task is, and around it whether that is now, paused, past or over.
+import type { Link } from "../../net/link";
+import type { AfterDone } from "../../net/phases";
 import type { Hello, Status } from "../../net/protocol";
 import { words } from "../format";
 
 /** What the line is told from. */
 export interface Facts {
-  connected: boolean;
-  /** The monitor refused the page: its link belongs to another run. */
-  refused: boolean;
+  link: Link;
   hello: Hello | null;
   /** Clock time of the last message (ms); null while there was none. */
   heard_ms: number | null;
-  /** Clock time (ms). */
-  now_ms: number;
-  /** The monitor said that the cell has ended. */
-  ended: boolean;
   task: Status["task"] | null;
+  /** Phase at the moment that is shown. */
+  phase: string;
+  /** What a task that is done does since. */
+  since: AfterDone;
   /** Simulated time that is shown, and the newest one (s). */
   shown_s: number;
   newest_s: number;
@@ -36,11 +36,12 @@ export interface Facts {
   incidents: number;
 }
 
-export type Action = "again" | "moment" | "play" | "resume" | "start";
+export type Action = "again" | "moment" | "play" | "reset" | "resume" | "start";
+type Tone = "ok" | "info" | "warn" | "bad" | "stale";
 
 export interface Line {
-  tone: "ok" | "info" | "warn" | "bad" | "stale";
-  /** One or two words. */
+  tone: Tone;
+  /** One to four words. */
   state: string;
   detail: string;
   /** What starts the cell again. */
@@ -48,74 +49,111 @@ export interface Line {
   actions: Action[];
 }
 
+/** How the task is. */
+interface Told {
+  tone: Tone;
+  word: string;
+  /** Whether the word says more than that the task works: it is kept beside `Paused` and the like. */
+  isSpecial: boolean;
+  detail: string[];
+  actions: Action[];
+}
+
 /** More names of objects do not fit. */
 const MOST_NAMES = 3;
-/** A monitor that restarts answers within this time (ms). */
-const RESTART_MS = 5000;
+/** A recording that is nearer to its end is over (s). */
+const END_S = 0.05;
 
-const line = (tone: Line["tone"], state: string, detail: string, ...actions: Action[]): Line => ({ tone, state, detail, command: null, actions });
+const line = (tone: Tone, state: string, detail: string[], actions: Action[] = []): Line => ({
+  tone,
+  state,
+  detail: detail.filter((part) => part !== "").join(" · "),
+  command: null,
+  actions,
+});
 
 export function lineOf(facts: Facts): Line {
-  return connection(facts) ?? source(facts) ?? clock(facts) ?? task(facts);
+  const told = taskOf(facts);
+  return connection(facts, told) ?? source(facts, told) ?? clock(facts, told) ?? line(told.tone, told.word, told.detail, told.actions);
 }
 
 function clockTime(ms: number): string {
   return new Date(ms).toTimeString().slice(0, 8);
 }
 
-function connection({ connected, refused, hello, heard_ms, now_ms, ended }: Facts): Line | null {
-  if (refused) {
-    return { ...line("bad", "Wrong link", "this page belongs to a run that has ended; the link of the one that runs now is printed by"), command: "robocell status" };
+function connection({ link, hello, heard_ms }: Facts, told: Told): Line | null {
+  if (link === "refused") {
+    return { ...line("bad", "Wrong link", ["this page belongs to a run that has ended; the link of the one that runs now is printed by"]), command: "robocell status" };
   }
-  if (connected) return null;
-  if (hello === null || heard_ms === null) return line("info", "Connecting", "no message of the monitor yet");
+  if (link === "connected") return null;
+  if (hello === null || heard_ms === null) return line("info", "Connecting", ["no message of the monitor yet"]);
   const at = clockTime(heard_ms);
-  if (!ended && now_ms - heard_ms < RESTART_MS) return line("warn", "No answer", `the monitor has not answered since ${at}; the page connects again`);
+  if (link === "no answer") return line("warn", "No answer", [`since ${at}; the page connects again`, stood(told)]);
   const { demo, policy, seed } = hello.run;
   const command = hello.live ? `robocell run ${demo} --policy ${policy} --seed ${seed}` : `robocell replay ${hello.source ?? "FILE"}`;
   const what = hello.live ? "The cell" : "The replay";
-  const since = ended ? `at ${at}` : `no process has answered since ${at}`;
-  const detail = `${since}; the page shows that moment. This starts it again:`;
-  return { ...line("stale", `${what} has ended`, detail), command };
+  return { ...line("stale", `${what} has ended`, [stood(told), `at ${at}; this starts it again:`]), command };
+}
+
+/** How the task was at the last moment that is known. */
+function stood({ word, detail }: Told): string {
+  return [`task ${word.toLowerCase()}`, ...detail].filter((part) => part !== "").join(" · ");
+}
+
+/** A word and what the task did, for a moment that is not now. */
+function around(told: Told, word: string): { state: string; detail: string[] } {
+  if (told.isSpecial) return { state: `${word} · ${told.word.toLowerCase()}`, detail: told.detail };
+  return { state: word, detail: told.word === "Running" ? told.detail : [told.word.toLowerCase(), ...told.detail] };
 }
 
 /** A recording, or a moment of the past. */
-function source({ hello, past, earlierSeed, shown_s, newest_s, incidents }: Facts): Line | null {
+function source(facts: Facts, told: Told): Line | null {
+  const { hello, past, earlierSeed, shown_s, newest_s, incidents } = facts;
+  const { state, detail } = around(told, hello?.live === false ? "Replay" : "Past");
   if (hello?.live === false) {
-    const count = incidents === 0 ? "" : `, ${incidents} ${incidents === 1 ? "incident" : "incidents"}`;
-    return line("info", "Replay", `${hello.source ?? hello.run.demo}: ${shown_s.toFixed(1)} s of ${newest_s.toFixed(1)} s${count}`);
+    const count = incidents === 0 ? "" : `${incidents} ${incidents === 1 ? "incident" : "incidents"}`;
+    const isOver = shown_s >= newest_s - END_S && newest_s > 0;
+    const end = isOver ? (told.isSpecial ? "its end" : "the recording ends here") : "";
+    const time = `${shown_s.toFixed(1)} s of ${newest_s.toFixed(1)} s`;
+    return line(told.tone === "bad" ? "bad" : "info", state, [...detail, end, time, count, hello.source ?? hello.run.demo]);
   }
-  if (past && earlierSeed !== null) return line("warn", "Past", `${shown_s.toFixed(2)} s of seed ${earlierSeed}, whose run has ended`);
-  if (past) return line("warn", "Past", `${shown_s.toFixed(2)} s, ${Math.max(0, newest_s - shown_s).toFixed(1)} s before now`);
-  return null;
+  if (!past) return null;
+  if (earlierSeed !== null) return line("warn", "Past", [`${shown_s.toFixed(2)} s of seed ${earlierSeed}, whose run has ended`]);
+  return line("warn", state, [...detail, `${shown_s.toFixed(2)} s, ${Math.max(0, newest_s - shown_s).toFixed(1)} s before now`]);
 }
 
-function clock({ paused, pauseCause, task }: Facts): Line | null {
-  // The reason of a failure is said also where the clock was paused after it.
-  if (!paused || task?.outcome === "failed" || task?.outcome === "done") return null;
-  return line("warn", "Paused", pauseCause, "play");
+function clock({ paused, pauseCause }: Facts, told: Told): Line | null {
+  if (!paused) return null;
+  const { state, detail } = around(told, "Paused");
+  return line(told.tone === "bad" ? "bad" : "warn", state, [...detail, pauseCause === "by an operator" ? "paused by an operator" : pauseCause], ["play", ...told.actions.filter((action) => action !== "start")]);
 }
 
-function task({ task, taskPaused, startEvent, held, unreached, lost, paused }: Facts): Line {
-  if (task === null) return line("info", "Starting", "no decision of the task yet");
-  if (task.outcome === "failed") return line("bad", "Failed", failed(task, lost), "again", "moment");
-  if (taskPaused) return line("warn", "Task paused", "you lead the arm and the gripper", "resume");
-  if (task.outcome === "done") return line("ok", "Done", [finished(task), ...(paused ? ["the clock is paused"] : [])].filter((part) => part !== "").join(" · "), "again");
-  const idle = task.outcome === "idle";
-  if (startEvent && !task.started) return line("info", "Waiting", "for the start event", "start");
-  if (task.wait !== "") return line("warn", "Waiting", task.wait);
-  const phase = words(task.phase);
-  if (idle) return line("info", "Idle", phase);
-  // A task that knows of no loss tries for ever.
-  const wrong = [...outside(lost), unreached].filter((what) => what !== "");
-  return line(wrong.length > 0 ? "warn" : "ok", "Running", [phase, ...held, ...wrong].join(" · "));
+function taskOf(facts: Facts): Told {
+  const { task, taskPaused, startEvent, held, unreached, lost } = facts;
+  const told = (tone: Tone, word: string, detail: string[], actions: Action[] = [], isSpecial = true): Told => ({ tone, word, isSpecial, detail, actions });
+  if (task === null) return told("info", "Starting", ["no decision of the task yet"], [], false);
+  if (task.outcome === "failed") return told("bad", "Failed", [failed(task, lost)], ["again", "moment"]);
+  const phase = words(facts.phase);
+  const wait = task.wait === "" ? phase : task.wait;
+  // A task that does not notice a loss tries for ever.
+  if (lost.length > 0 && task.outcome !== "done") return told("bad", "Object lost", [`${named(lost)}`, wait, ...held, taskPaused ? "task paused" : ""], ["reset"]);
+  if (taskPaused) return told("warn", "Task paused", ["you lead the arm and the gripper", phase], ["resume"]);
+  if (task.outcome === "done") return told(lost.length > 0 ? "warn" : "ok", "Done", [...outside(lost), ...finished(facts, task)], ["again"]);
+  if (startEvent && !task.started) return told("info", "Waiting", ["for the start event"], ["start"], false);
+  if (task.wait !== "") return told("warn", "Waiting", [task.wait, phase], [], false);
+  if (task.outcome === "idle") return told("info", "Idle", [phase], [], false);
+  if (unreached !== "") return told("bad", "Not reached", [unreached, phase, ...held]);
+  return told("ok", "Running", [phase, ...held], [], false);
+}
+
+function named(names: string[]): string {
+  const more = names.length > MOST_NAMES ? ` and ${names.length - MOST_NAMES} more` : "";
+  return `${names.slice(0, MOST_NAMES).join(", ")}${more}`;
 }
 
 /** Names the objects that fell out of the cell, if any. */
 function outside(names: string[]): string[] {
-  if (names.length === 0) return [];
-  const more = names.length > MOST_NAMES ? ` and ${names.length - MOST_NAMES} more` : "";
-  return [`out of the cell: ${names.slice(0, MOST_NAMES).join(", ")}${more}`];
+  return names.length === 0 ? [] : [`out of the cell: ${named(names)}`];
 }
 
 /** Why it failed; with the objects that are lost, where the reason names none of them. */
@@ -124,14 +162,19 @@ function failed({ reason }: Status["task"], lost: string[]): string {
   return [why, ...outside(lost.filter((name) => !reason.includes(name)))].join(" · ");
 }
 
-/** What a task that is done has done, and what went wrong on the way. */
-function finished({ placed, drops }: Status["task"]): string {
-  const counts: [number, string][] = [[placed.length, "object placed"], [drops, "drop on the way"]];
-  return counts.flatMap(([count, what]) => (count === 0 ? [] : [counted(count, what)])).join(", ");
+/** What a task that is done does now, what it has done, and what went wrong. */
+function finished({ since, held }: Facts, { placed, drops }: Status["task"]): string[] {
+  const before = drops - since.drops;
+  return [
+    since.phase === "" ? "" : `${since.drops > 0 ? "picks up again" : "works on"}: ${words(since.phase)}`,
+    since.drops > 0 ? `${counted(since.drops, "grip")} lost since` : "",
+    placed.length > 0 ? `${counted(placed.length, "object")} placed` : since.achieved,
+    before > 0 ? `${counted(before, "drop")} before` : "",
+    ...(since.phase === "" ? [] : held),
+  ];
 }
 
-/** `1 object placed`, `2 objects placed`. */
-function counted(count: number, what: string): string {
-  const [noun = "", ...rest] = what.split(" ");
-  return [count, count === 1 ? noun : `${noun}s`, ...rest].join(" ");
+/** `1 object`, `2 objects`. */
+export function counted(count: number, noun: string): string {
+  return `${count} ${count === 1 ? noun : `${noun}s`}`;
 }

@@ -6,6 +6,8 @@ export type TaskAction = "again" | "start" | "pause" | "resume" | "reset";
 
 export function taskActions(context: PanelContext): Record<TaskAction, ButtonSpec> {
   const why = () => context.cellRefusal();
+  // While the clock is paused, Play comes first.
+  const primary = () => !context.paused && why() === null;
   const waits = () => context.store.scene?.start_event === true;
   return {
     again: {
@@ -13,6 +15,7 @@ export function taskActions(context: PanelContext): Record<TaskAction, ButtonSpe
       about: () => "Reset the scene and run the task again",
       twin: () => `robocell reset; robocell resume${waits() ? "; robocell task start" : ""}`,
       why,
+      primary,
       run: () => again(context, waits()),
     },
     start: {
@@ -20,6 +23,7 @@ export function taskActions(context: PanelContext): Record<TaskAction, ButtonSpe
       about: () => "Give the start event: the task waits for it",
       twin: () => "robocell task start",
       why,
+      primary,
       run: () => perform(context),
     },
     pause: {
@@ -34,6 +38,7 @@ export function taskActions(context: PanelContext): Record<TaskAction, ButtonSpe
       about: () => "Resume the task",
       twin: () => "robocell task resume",
       why,
+      primary,
       run: () => context.send({ do: "task_resume" }),
     },
     reset: {

@@ -1,5 +1,8 @@
 // One look at the task: outcome, phase, reason, and what went wrong how often.
+import { afterDone, phaseOf } from "../../net/phases";
 import type { Status } from "../../net/protocol";
+import { FLAG } from "../../net/snapshot";
+import type { Store } from "../../net/store";
 import type { PanelContext } from "../context";
 import { el, setAttr, setText } from "../dom";
 import { words } from "../format";
@@ -21,12 +24,44 @@ const NAMES: Partial<Record<string, string>> = {
   self_contacts: "self-contacts",
 };
 
-/** Text and tone of the outcome: nothing runs while the clock is paused, in a replay, and in a cell that has ended. */
-function outcomeOf({ store, paused }: PanelContext, outcome: Status["task"]["outcome"]): [string, string] {
-  if (outcome !== "running") return [outcome, TONE[outcome]];
-  if (!store.connected) return ["ended", "info"];
-  if (store.hello?.live === false) return ["replay", "info"];
-  return paused ? ["paused", "warn"] : [outcome, TONE[outcome]];
+const SINGULAR: Partial<Record<string, string>> = {
+  drops: "drop",
+  resyncs: "resync",
+  aborts: "abort",
+  recoveries: "recovery",
+  limits: "limit",
+  contacts: "contact",
+  "self-contacts": "self-contact",
+};
+
+/** What is shown in the place of now; empty for a cell that works. */
+function insteadOfNow(context: PanelContext): string {
+  if (context.isStale) return context.link;
+  if (context.store.hello?.live === false) return "replay";
+  if (context.flag(FLAG.notLive)) return "past";
+  return context.paused ? "paused" : "";
+}
+
+/** Text and tone of the outcome, the same rule in every demo: `done`, `paused: running`, `ended: failed`. */
+function outcomeOf(context: PanelContext, outcome: Status["task"]["outcome"]): [string, string | null] {
+  const instead = insteadOfNow(context);
+  // It runs, but not well.
+  const isWrong = outcome === "failed" || (outcome === "running" && context.store.lost.length > 0);
+  if (instead === "") return [outcome, isWrong ? "bad" : TONE[outcome]];
+  const tone = isWrong && !context.isStale ? "bad" : context.isStale ? null : instead === "paused" ? "warn" : "info";
+  return [`${instead}: ${outcome === "paused" ? "task paused" : outcome}`, tone];
+}
+
+/** What the task is at: its phase, or how it ended where it works no more. */
+function titleOf(store: Store, { outcome }: Status["task"]): string {
+  if (outcome === "failed") return "FAILED";
+  const phase = outcome === "done" ? afterDone(store).phase : phaseOf(store);
+  return outcome === "done" && phase === "" ? "DONE" : words(phase) || "–";
+}
+/** `1 drop`, `2 drops`. */
+function nameOf(key: string, count: number): string {
+  const name = NAMES[key] ?? key;
+  return count === 1 ? (SINGULAR[name] ?? name) : name;
 }
 
 export function taskSummary(context: PanelContext): HTMLElement {
@@ -34,26 +69,30 @@ export function taskSummary(context: PanelContext): HTMLElement {
   const phase = el("b", { class: "phase" }, "no task yet");
   const policy = el("span", {});
   const age = el("span", { class: "num" });
-  const source = el("span", { class: "dim" }, policy, " · ", term("decision"), " ", age);
+  const decision = el("span", {}, " · ", term("decision"), " ", age);
+  const source = el("span", { class: "dim" }, policy, decision);
   const reason = el("div", { class: "dim reason" });
   const wait = el("div", { class: "reason" });
   const counters = COUNTERS.map((key) => {
     const value = el("b", { class: "num" }, "0");
-    const name = NAMES[key] ?? key;
-    return { key, value, node: el("span", { class: "counter" }, value, term(name)) };
+    const name = term(nameOf(key, 0));
+    return { key, value, name, node: el("span", { class: "counter" }, value, name) };
   });
-  const showOutcome = () => {
-    const task = context.store.status?.task;
+  const show = () => {
+    const { store } = context;
+    const task = store.status?.task;
     if (task === undefined) return;
     const [text, tone] = outcomeOf(context, task.outcome);
+    const title = titleOf(store, task);
     setText(outcome, text);
     setAttr(outcome, "data-tone", tone);
-  };
-  context.pulse.add(outcome, showOutcome);
-  context.store.on("status", ({ task }) => {
-    showOutcome();
-    setText(phase, words(task.phase) || "–");
+    // The title says it already.
+    outcome.hidden = text === title.toLowerCase();
+    setText(phase, title);
+    setAttr(phase, "data-tone", { FAILED: "bad", DONE: "ok" }[title] ?? null);
     setText(policy, task.policy);
+    // The age of a decision is one of a cell that works.
+    decision.hidden = insteadOfNow(context) !== "";
     setText(age, `${task.decision_age_ms.toFixed(0)} ms old`);
     setText(reason, words(task.reason));
     reason.hidden = task.reason === "";
@@ -63,7 +102,10 @@ export function taskSummary(context: PanelContext): HTMLElement {
       setText(value, String(task[key]));
       value.classList.toggle("amber", task[key] > 0);
     }
-  });
+    for (const { key, name } of counters) setText(name, nameOf(key, task[key]));
+  };
+  // With the bar above the view, so that both are of one moment.
+  context.pulse.add(null, show);
   return el(
     "div",
     { class: "summary" },

@@ -11,10 +11,12 @@ const RT = {
   lockstep: ["lockstep", "info", "Lockstep: every cycle waits for the one before; no clock is involved"],
 } as const;
 
+const TONES = { live: "ok", replay: "info", past: "info", connecting: "info", "no answer": "warn", ended: null, refused: "bad" } as const;
+
 export function badges(context: PanelContext): HTMLElement {
   const { store } = context;
   const rt = el("span", { class: "badge" }, "RT");
-  const link = el("span", { class: "badge", role: "status" }, "offline");
+  const link = el("span", { class: "badge", role: "status" }, "connecting");
 
   const showRt = () => {
     const kind = context.flag(FLAG.lockstep) ? "lockstep" : store.status?.rt;
@@ -29,11 +31,14 @@ export function badges(context: PanelContext): HTMLElement {
   const showLink = () => {
     const replay = store.hello?.live === false;
     const past = context.flag(FLAG.notLive) && !replay;
-    const name = !store.connected ? "offline" : replay ? "replay" : past ? "past" : "live";
+    const name = context.link !== "connected" ? context.link : replay ? "replay" : past ? "past" : "live";
     setText(link, name);
-    setAttr(link, "data-tone", name === "live" ? "ok" : name === "offline" ? "bad" : "info");
+    setAttr(link, "data-tone", TONES[name]);
     const about = {
-      offline: "The monitor does not answer; the page tries again",
+      connecting: "No message of the monitor yet",
+      "no answer": "The monitor does not answer; the page connects again",
+      ended: "The cell has ended; the page shows its last moment",
+      refused: "This page belongs to a run that has ended",
       replay: `A recording: ${store.hello?.source ?? ""}`,
       past: "You look at the flight recorder; Live returns to the present",
       live: "Connected: the page shows the present",

@@ -47,11 +47,13 @@ export function mountTop(context: PanelContext, host: HTMLElement, act: Actions,
     setText(clock, `${snapshot.time.toFixed(2)} s`);
     setTitle(clock, `Simulated time; tick ${snapshot.tick}`);
     const still = context.paused;
-    setText(factor, still ? "paused" : `× ${snapshot.realTimeFactor.toFixed(2)}`);
+    // A rate of a cell that does not answer is none.
+    const stale = context.isStale;
+    setText(factor, stale ? context.link : still ? "paused" : `× ${snapshot.realTimeFactor.toFixed(2)}`);
     setTitle(factor, still ? pausedWhy(context) : "Simulated seconds per second");
-    setText(cause, still ? pausedWhy(context) : "");
-    const slow = !still && !context.flag(FLAG.lockstep) && snapshot.realTimeFactor < 0.95;
-    factor.classList.toggle("amber", slow);
+    setText(cause, still && !stale ? pausedWhy(context) : "");
+    const slow = !stale && !still && !context.flag(FLAG.lockstep) && snapshot.realTimeFactor < 0.95;
+    factor.classList.toggle("amber", slow || (still && !stale));
   });
 }
 

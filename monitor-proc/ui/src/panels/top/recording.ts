@@ -8,7 +8,8 @@ import { popover } from "../popover";
 
 export function recordingBadge(context: PanelContext): HTMLElement {
   const { store } = context;
-  const writing = () => context.flag(FLAG.recording) || Boolean(store.status?.recorder.file);
+  // A cell that has ended writes nothing.
+  const writing = () => !context.isStale && (context.flag(FLAG.recording) || Boolean(store.status?.recorder.file));
   const why = () => context.cellRefusal();
   const order = async (what: "start" | "stop" | "last", seconds?: number) => {
     const ack = await store.command({ do: "record", what, ...(seconds === undefined ? {} : { seconds }) });
@@ -45,7 +46,7 @@ export function recordingBadge(context: PanelContext): HTMLElement {
   sheet.append(note);
   context.pulse.add(dot, () => {
     const recorder = store.status?.recorder;
-    const tone = recorder?.state === "trouble" ? "warn" : writing() ? "bad" : null;
+    const tone = context.isStale ? null : recorder?.state === "trouble" ? "warn" : writing() ? "bad" : null;
     setAttr(dot, "data-tone", tone);
     setAttr(dot, "aria-pressed", String(writing()));
     note.textContent = ring(context);

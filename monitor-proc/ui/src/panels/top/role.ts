@@ -27,6 +27,8 @@ export function roleBadge(context: PanelContext): HTMLElement {
   });
   const show = () => {
     const role = context.store.hello?.role;
+    // A recording cannot be commanded; a viewer may still get the right to play it.
+    badge.hidden = context.store.hello?.live === false && role !== "viewer";
     setText(badge, role ?? "–");
     setAttr(badge, "data-tone", role === undefined ? null : role === "operator" ? "ok" : "warn");
     setTitle(

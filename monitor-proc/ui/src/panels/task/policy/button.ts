@@ -12,12 +12,13 @@ export function policyButton(context: PanelContext): HTMLElement {
     none = typeof file === "string" ? file : null;
     return typeof file === "string" ? null : file;
   };
+  const recorded = () => (context.store.hello?.live === false ? "this is a recording: its policy is what it was" : null);
   const node = button(context, {
     label: "Edit policy",
     class: "small",
     about: () => "Edit the file that the policy is written in",
     twin: () => null,
-    why: () => context.refusal() ?? none,
+    why: () => context.refusal() ?? recorded() ?? none,
     run: async () => {
       const file = await read();
       if (file === null) context.notify(`not now: ${none ?? ""}`);
@@ -27,7 +28,7 @@ export function policyButton(context: PanelContext): HTMLElement {
   // Asked for before it is pressed, so that the reason is there on hover.
   for (const event of ["pointerenter", "focus"]) {
     node.addEventListener(event, () => {
-      if (context.refusal() === null) void read();
+      if (context.refusal() === null && recorded() === null) void read();
     });
   }
   // Another policy may be a file.
