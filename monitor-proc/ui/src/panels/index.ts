@@ -11,7 +11,7 @@ import { helpSheet } from "./help";
 import { mountKeys } from "./keys";
 import { latencyTab } from "./latency/index";
 import { mountLeft } from "./left/index";
-import { orderHues } from "./phase-hue";
+import { tellPhasesApart } from "./phase-colour";
 import { plotsTab } from "./plots/index";
 import { robotTab } from "./robot/index";
 import { mountSplitters } from "./splitters";
@@ -26,7 +26,7 @@ import type { ViewApi } from "./view-api";
 
 /** Fills #top, #left, #right and #bottom; works without a view and before any data. */
 export function mountPanels(store: Store, view: ViewApi | null, hand: Hand, jog: Jog): void {
-  orderHues(store);
+  tellPhasesApart(store);
   const context = new PanelContext(store, view, hand);
   const steps = stepsInput();
   const act = actions(context, () => stepsOf(steps));

@@ -15,6 +15,10 @@ import { Zoom } from "./zoom";
 /** A mark nearer than this to the moment shown is this moment (s). */
 const SAME_MOMENT_S = 0.02;
 
+/** More spans are drawn less often. */
+const MANY_SPANS = 300;
+const REDRAW_MS = 500;
+
 const MARKS: [string, string][] = [
   ["drop", "object lost"],
   ["break", "grip broke"],
@@ -47,7 +51,9 @@ export function mountTimeline(context: PanelContext, host: HTMLElement): void {
     const first = timeline?.from_s ?? Math.min(end, 0);
     return { first, last: Math.max(timeline?.to_s ?? 0, past ? 0 : end, first + 0.001) };
   };
-  const span = () => zoom.of(recorded());
+  // One window for bar, marks and lanes: each would else have the time at which it was drawn.
+  let window = zoom.of(recorded());
+  const span = () => window;
   const share = (time: number) => {
     const { first, last } = span();
     return Math.min(Math.max((time - first) / (last - first), 0), 1);
@@ -84,13 +90,12 @@ export function mountTimeline(context: PanelContext, host: HTMLElement): void {
     if (!(event.target instanceof Node) || !track.contains(event.target)) return;
     event.preventDefault();
     zoom.wheel(event.deltaY || event.deltaX, event.shiftKey || event.deltaY === 0, timeAt(event.clientX), recorded());
-    drawMarks();
-    show();
+    draw();
   }, { passive: false });
   const whole = el("button", { type: "button", class: "button small quiet", title: "Show all recorded time again", hidden: true }, "All");
   whole.addEventListener("click", () => {
     zoom.all();
-    drawMarks();
+    draw();
   });
   context.toMark = (direction) => {
     const at = store.snapshot?.time ?? 0;
@@ -128,13 +133,21 @@ export function mountTimeline(context: PanelContext, host: HTMLElement): void {
     setAttr(bar, "aria-valuemax", last.toFixed(2));
     setAttr(bar, "aria-valuenow", time.toFixed(2));
   };
-  store.on("log", drawMarks);
-  store.on("lanes", drawMarks);
-  store.on("timeline", drawMarks);
-  store.on("hello", drawMarks);
-  context.pulse.add(host, show);
+  const lanes = mountLanes(context, () => draw());
+  const draw = () => {
+    window = zoom.of(recorded());
+    show();
+    drawMarks();
+    lanes.draw(window, store.snapshot?.time ?? 0);
+  };
+  let drawnAt = -Infinity;
+  context.pulse.add(host, () => {
+    const now = performance.now();
+    if (lanes.count > MANY_SPANS && now - drawnAt < REDRAW_MS) return;
+    drawnAt = now;
+    draw();
+  });
   const legend = MARKS.map(([mark, about]) => el("span", {}, el("i", { "data-mark": mark }), about));
-  const lanes = mountLanes(context, span);
   listen(lanes.root);
   const live = el("div", { class: "row" }, liveButton(context, () => play.seek(null)), lanes.fold, linkButton(context), whole);
   host.replaceChildren(
@@ -150,7 +163,7 @@ export function mountTimeline(context: PanelContext, host: HTMLElement): void {
   );
   // Of a recording only the loop is left of it.
   store.on("hello", (hello) => (hello.live ? to.after(play.root) : live.append(play.root)));
-  show();
+  draw();
 }
 
 function shownTime(context: PanelContext, time: number, last: number): string {
@@ -171,7 +184,9 @@ function liveButton(context: PanelContext, toNow: () => void): HTMLElement {
     label: "Live",
     class: "live",
     about: () =>
-      replay() ? (context.paused ? "Play the recording" : "Pause the recording") : away() ? "Back to the present" : "You see the present; drag along the bar to look back",
+      replay()
+        ? (context.paused ? "Play the recording" : "Pause the recording")
+        : away() ? "Back to the present" : `You see the present${context.paused ? ", and the clock is paused" : ""}; drag along the bar to look back`,
     twin: () => (replay() ? "robocell replay FILE" : null),
     run: () => {
       // Not around the playback: its next step would lead back into the past.
@@ -182,15 +197,21 @@ function liveButton(context: PanelContext, toNow: () => void): HTMLElement {
   });
   const name = node.querySelector("span");
   context.pulse.add(node, () => {
-    if (!context.store.connected && name !== null) {
-      setText(name, "Ended");
+    if (context.link !== "connected" && name !== null) {
+      setText(name, sentence(context.link));
       setAttr(node, "data-tone", null);
       return;
     }
-    if (name !== null) setText(name, replay() ? (context.paused ? "Play" : "Pause") : away() ? "Back to live" : "Live");
-    setIcon(node, replay() ? (context.paused ? "play" : "pause") : "dot");
-    const tone = replay() ? "info" : away() ? "warn" : "ok";
+    // The present of a clock that is paused is not live.
+    const still = context.paused && !away();
+    if (name !== null) setText(name, replay() ? (still ? "Play" : "Pause") : away() ? "Back to live" : still ? "Paused" : "Live");
+    setIcon(node, replay() ? (still ? "play" : "pause") : still ? "pause" : "dot");
+    const tone = replay() ? "info" : away() ? "warn" : still ? "still" : "ok";
     setAttr(node, "data-tone", tone);
   });
   return node;
+}
+
+function sentence(text: string): string {
+  return text.charAt(0).toUpperCase() + text.slice(1);
 }

@@ -1,20 +1,24 @@
 // What lasted from when to when, below the bar: task, phases, grips, processes.
 import type { Span } from "../../net/protocol";
 import type { PanelContext } from "../context";
-import { el, setAttr } from "../dom";
+import { el, setAttr, setText, setTitle } from "../dom";
 import { words } from "../format";
-import { phaseHue } from "../phase-hue";
+import { phaseColour } from "../phase-colour";
+import type { TimeSpan } from "./zoom";
 
 /** Narrower spans are not drawn (share of the width). */
 const LEAST_SHARE = 0.0008;
 /** Wider ones have room for their label. */
 const LABEL_SHARE = 0.03;
-const REDRAW_MS = 500;
 const KEY = "robocell.lanes";
 
 export interface Lanes {
   readonly root: HTMLElement;
   readonly fold: HTMLElement;
+  /** How many spans are drawn. */
+  readonly count: number;
+  /** Draws the lanes of `window`, with the moment that is shown. */
+  draw(window: TimeSpan, now_s: number): void;
 }
 
 interface Drawn {
@@ -22,11 +26,21 @@ interface Drawn {
   to_s: number;
 }
 
-export function mountLanes(context: PanelContext, window: () => { first: number; last: number }): Lanes {
+interface Lane {
+  name: string;
+  spans: Span[];
+  row: HTMLElement;
+  /** By span, as it was told. */
+  nodes: Map<Span, HTMLElement>;
+}
+
+export function mountLanes(context: PanelContext, changed: () => void): Lanes {
   const { store } = context;
   const cursor = el("i", { class: "lane-cursor" });
   const tracks = el("div", {});
-  const root = el("div", { class: "lanes", title: "Click to look at a moment" }, el("div", { class: "lane-area" }, tracks, cursor));
+  const area = el("div", { class: "lanes", title: "Click to look at a moment" }, el("div", { class: "lane-area" }, tracks, cursor));
+  // As wide as the bar above, whatever room a scroll bar takes.
+  const root = el("div", { class: "lanes-place" }, area);
   const fold = el("button", { type: "button", class: "button small quiet lanes-button", title: "Phases, grips and processes over time" }, "Lanes");
   let open = (localStorage.getItem(KEY) ?? (innerHeight >= 800 && innerWidth >= 1100 ? "open" : "folded")) === "open";
   const show = () => {
@@ -37,64 +51,103 @@ export function mountLanes(context: PanelContext, window: () => { first: number;
     open = !open;
     localStorage.setItem(KEY, open ? "open" : "folded");
     show();
-    draw();
+    changed();
   });
-  const draw = () => {
-    if (root.hidden) return;
-    const { first, last } = window();
-    const rows = laneNames(store.lanes).map((name) => {
-      const spans = drawn(store.lanes.filter((span) => span.lane === name && store.isCurrent({ epoch: span.epoch, time_s: span.from_s })), last);
-      const bars = spans.filter(({ span, to_s }) => span.label !== "" && to_s > first && span.from_s < last);
-      return { name, bars };
-    });
-    const nodes = rows.filter(({ name, bars }) => bars.length > 0 || isAlwaysShown(name)).map(({ name, bars }) => {
-      const children = bars.map((one) => bar(one, first, last)).filter((node) => node !== null);
-      return el("div", { class: "lane", "data-lane": name }, ...children, el("span", { class: "lane-name" }, name));
-    });
-    tracks.replaceChildren(...nodes);
+  let lanes: Lane[] = [];
+  let known: unknown[] = [];
+  const sort = () => {
+    const now = [store.lanes, store.timeline];
+    if (now.every((one, index) => one === known[index])) return;
+    known = now;
+    lanes = sorted(context, lanes);
   };
-  let drawnAt = 0;
-  context.pulse.add(root, () => {
-    const { first, last } = window();
-    const time = store.snapshot?.time ?? 0;
-    cursor.style.left = `${(100 * (time - first)) / (last - first)}%`;
-    const now = performance.now();
-    if (now - drawnAt < REDRAW_MS) return;
-    drawnAt = now;
-    draw();
-  });
   store.on("lanes", show);
   store.on("hello", show);
   show();
-  return { root, fold };
+  return {
+    root,
+    fold,
+    get count() {
+      return lanes.reduce((sum, { nodes }) => sum + nodes.size, 0);
+    },
+    draw(window, now_s) {
+      if (root.hidden) return;
+      sort();
+      const end = context.isStale ? " when it ended" : "";
+      const shown = lanes.filter((lane) => drawLane(lane, window, end) || isAlwaysShown(lane.name));
+      const rows = shown.map(({ row }) => row);
+      if (rows.length !== tracks.childElementCount || rows.some((row, index) => tracks.children[index] !== row)) tracks.replaceChildren(...rows);
+      cursor.hidden = now_s < window.first || now_s > window.last;
+      cursor.style.left = `${place(now_s, window)}%`;
+    },
+  };
 }
 
-/** Lanes in the order in which they were told first. */
-function laneNames(spans: Span[]): string[] {
+/** The lanes of the history that led to now, in the order in which they were told first; what was drawn is kept. */
+function sorted({ store }: PanelContext, before: Lane[]): Lane[] {
   const order = ["task", "phase", "grip", "process", "recording"];
-  const kinds = new Map(spans.map((span) => [span.lane, span.kind]));
-  return [...kinds.keys()].sort((one, other) => order.indexOf(kinds.get(one) ?? "") - order.indexOf(kinds.get(other) ?? ""));
+  const kinds = new Map(store.lanes.map((span) => [span.lane, span.kind]));
+  const names = [...kinds.keys()].sort((one, other) => order.indexOf(kinds.get(one) ?? "") - order.indexOf(kinds.get(other) ?? ""));
+  return names.map((name) => {
+    const spans = store.lanes.filter((span) => span.lane === name && store.isCurrent({ epoch: span.epoch, time_s: span.from_s }));
+    const old = before.find((lane) => lane.name === name);
+    const row = old?.row ?? el("div", { class: "lane", "data-lane": name }, el("span", { class: "lane-name" }, name));
+    const kept = new Set(spans);
+    for (const [span, node] of old?.nodes ?? []) {
+      if (kept.has(span)) continue;
+      node.remove();
+      old?.nodes.delete(span);
+    }
+    return { name, spans, row, nodes: old?.nodes ?? new Map() };
+  });
 }
 
 function isAlwaysShown(lane: string): boolean {
   return lane === "outcome" || lane.startsWith("phase");
 }
 
-/** Each span with its end. */
-function drawn(spans: Span[], last: number): Drawn[] {
-  return spans.map((span, index) => ({ span, to_s: Math.max(spans[index + 1]?.from_s ?? last, span.from_s) }));
+/** Where `time_s` is (%). */
+function place(time_s: number, { first, last }: TimeSpan): number {
+  return (100 * (time_s - first)) / (last - first);
 }
 
-function bar({ span, to_s }: Drawn, first: number, last: number): HTMLElement | null {
-  const from = Math.max(span.from_s, first);
-  const share = (Math.min(to_s, last) - from) / (last - first);
+/** Draws the spans of a lane that are in `window`; whether there is one. `end` is added to what lasts until its end. */
+function drawLane({ spans, row, nodes }: Lane, window: TimeSpan, end: string): boolean {
+  let any = false;
+  for (const [index, span] of spans.entries()) {
+    const next = spans[index + 1]?.from_s;
+    const to_s = Math.max(next ?? window.last, span.from_s);
+    const isSeen = span.label !== "" && to_s > window.first && span.from_s < window.last;
+    any ||= isSeen;
+    const node = isSeen ? bar(nodes.get(span), { span, to_s }, window, next === undefined ? end : "") : null;
+    if (node === null) {
+      nodes.get(span)?.remove();
+      nodes.delete(span);
+    } else if (!nodes.has(span)) {
+      nodes.set(span, node);
+      row.insertBefore(node, row.lastElementChild);
+    }
+  }
+  return any;
+}
+
+/** A span as it is now, in `known` where it was drawn before. */
+function bar(known: HTMLElement | undefined, { span, to_s }: Drawn, window: TimeSpan, end: string): HTMLElement | null {
+  const from = Math.max(span.from_s, window.first);
+  const to = Math.min(to_s, window.last);
+  const share = (to - from) / (window.last - window.first);
   // A process that was down for a moment is to be seen.
   if (share < LEAST_SHARE && span.kind !== "process") return null;
-  const length = `${(to_s - span.from_s).toFixed(2)} s`;
-  const node = el("i", { "data-kind": span.kind, "data-tone": span.tone, title: `${span.label}\n${span.from_s.toFixed(2)} s to ${to_s.toFixed(2)} s (${length})` });
-  node.style.left = `${(100 * (from - first)) / (last - first)}%`;
+  const node = known ?? el("i", { "data-kind": span.kind, "data-tone": span.tone });
+  const colour = span.kind === "phase" ? phaseColour(span.label) : "";
+  if (node.dataset.colour !== colour) {
+    node.dataset.colour = colour;
+    node.style.setProperty("--phase", colour);
+  }
+  const name = span.kind === "task" && end !== "" ? `${span.label}${end}` : span.label;
+  setTitle(node, `${name}\n${span.from_s.toFixed(2)} s to ${to_s.toFixed(2)} s (${(to_s - span.from_s).toFixed(2)} s)`);
+  node.style.left = `${place(from, window)}%`;
   node.style.width = `${Math.max(100 * share, 0.15)}%`;
-  if (span.kind === "phase") node.style.setProperty("--hue", String(phaseHue(span.label)));
-  if (share > LABEL_SHARE) node.textContent = words(span.label);
+  setText(node, share > LABEL_SHARE ? words(name) : "");
   return node;
 }

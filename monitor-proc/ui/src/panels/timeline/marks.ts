@@ -23,6 +23,11 @@ interface Mark {
 /** Draws the marks of the log into `host`; to be called when they may have changed. */
 export function drawnMarks(context: PanelContext, host: HTMLElement, span: () => { first: number; last: number }): () => void {
   const { store } = context;
+  // To ask for it in each picture costs a layout of the page.
+  let width = 1;
+  new ResizeObserver(() => {
+    width = Math.max(host.clientWidth, 1);
+  }).observe(host);
   let nodes = new Map<string, HTMLElement>();
   return () => {
     const { first, last } = span();
@@ -31,8 +36,7 @@ export function drawnMarks(context: PanelContext, host: HTMLElement, span: () =>
     const fits = (line: LogLine) => at(line) >= first && at(line) <= last && (isFailure(line) || store.isCurrent(line));
     const seen = store.marked.filter((line) => line.mark !== null && fits(line)).map((line) => ({ line, at_s: at(line) }));
     const hasIncident = seen.some(({ line }) => line.incident !== undefined);
-    // The width costs a layout of the page.
-    const apart_s = hasIncident ? (APART_PX / Math.max(host.clientWidth, 1)) * (last - first) : 0;
+    const apart_s = hasIncident ? (APART_PX / width) * (last - first) : 0;
     const marks = [...seen.filter(({ line }) => line.incident === undefined).map(plain), ...incidents(context, seen, apart_s)];
     const shown = new Map(marks.map((mark) => [mark.key, nodes.get(mark.key) ?? mark.make()]));
     for (const { key, time_s } of marks) {

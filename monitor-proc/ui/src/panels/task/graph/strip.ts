@@ -4,7 +4,7 @@ import type { Store } from "../../../net/store";
 import type { PanelContext } from "../../context";
 import { el, setAttr, setTitle } from "../../dom";
 import { words } from "../../format";
-import { phaseHue } from "../../phase-hue";
+import { phaseColour } from "../../phase-colour";
 
 const SHOWN_S = 60;
 /** A minute is some hundred pixels wide: it moves by less than one in this time (s). */
@@ -46,7 +46,7 @@ export function stateStrip(context: PanelContext): Strip {
         const recent = ended(store, lane).filter(({ span, to_s }) => span.label !== "" && to_s > now - 2 * SHOWN_S);
         const spans = recent.map(({ span, to_s }) => {
           const node = el("span", { class: "state-span" }, words(span.label));
-          node.style.setProperty("--hue", String(phaseHue(span.label)));
+          node.style.setProperty("--phase", phaseColour(span.label));
           drawn.push({ span, to_s, node });
           return node;
         });
