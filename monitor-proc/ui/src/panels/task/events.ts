@@ -8,11 +8,15 @@ import { lookAt } from "../seek";
 const SHOWN = 400;
 /** What a line is about; the first three are told by the task. */
 const KINDS = ["log", "transition", "task", "process", "operator"] as const;
+/** Nearer to the end of the list is at its end. */
+const AT_END_PX = 12;
+/** A list continues to scroll for so long after a hand left it. */
+const HAND_MS = 600;
 /** Kinds that are not shown, kept over reloads. */
 const KEY = "robocell.events.hidden";
 
 function kindOf(line: LogLine): (typeof KINDS)[number] {
-  if (line.text.startsWith("operator:")) return "operator";
+  if (/^(operator|by hand):/.test(line.text)) return "operator";
   if (line.mark === "incident" || line.text.startsWith("[cell]")) return "process";
   return line.kind === "lifecycle" ? "task" : line.kind;
 }
@@ -32,15 +36,23 @@ export function eventLog(context: PanelContext): HTMLElement {
   const follow = () => {
     if (follows && list.clientHeight > 0) list.scrollTop = list.scrollHeight;
   };
-  let height = 0;
+  // Lines that come meanwhile, and the browser itself, scroll it too: only what follows a person's hand counts.
+  let handAt = -Infinity;
+  const byHand = () => {
+    handAt = performance.now();
+  };
+  for (const kind of ["wheel", "pointerdown", "pointermove", "touchmove", "keydown"]) {
+    list.addEventListener(kind, (event) => {
+      if (!(event instanceof PointerEvent) || event.buttons > 0) byHand();
+    }, { passive: true });
+  }
   list.addEventListener("scroll", () => {
-    // The browser scrolls a list that it shows again or resizes.
-    if (list.clientHeight > 0 && list.clientHeight === height) follows = list.scrollHeight - list.scrollTop - list.clientHeight < 30;
+    if (list.clientHeight === 0) return;
+    const isAtEnd = list.scrollHeight - list.scrollTop - list.clientHeight < AT_END_PX;
+    if (isAtEnd) follows = true;
+    else if (performance.now() - handAt < HAND_MS) follows = false;
   });
-  new ResizeObserver(() => {
-    height = list.clientHeight;
-    follow();
-  }).observe(list);
+  new ResizeObserver(follow).observe(list);
   list.addEventListener("keydown", (event) => moveFocus(list, event));
   const append = (lines: LogLine[]) => {
     list.append(...lines.filter(fits).slice(-SHOWN).map((line) => row(context, line)));

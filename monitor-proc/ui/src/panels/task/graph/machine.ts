@@ -6,6 +6,7 @@ import { toggleBreak } from "../breaks/state";
 import { drawEdge, drawHead } from "./edge";
 import { type Layout, layout } from "./machine-layout";
 import { machineMode } from "./mode";
+import { lettersOf } from "./letters";
 import { aboutNode, type GraphView, keyOf, type Place } from "./place";
 import { liveTable } from "./table";
 import { Viewport } from "./viewport";
@@ -62,7 +63,7 @@ class MachineDrawing {
 
   show(): void {
     const { context, at, graph } = this.place;
-    const letters = context.store.letters[at] ?? "";
+    const letters = lettersOf(context.store, at);
     for (const [index, node] of this.nodes.entries()) node.dataset.status = letters[index] ?? "I";
     const last = context.store.edges[at];
     const { edges } = this.laid;
@@ -75,10 +76,10 @@ class MachineDrawing {
 
   /** Keeps the active state in sight. */
   follow(): void {
-    const letters = this.place.context.store.letters[this.place.at] ?? "";
+    const letters = lettersOf(this.place.context.store, this.place.at);
     const at = (letter: string) => this.laid.nodes.findIndex((_, index) => letters[index] === letter && this.laid.holds[index] !== true);
     // The last state of a job that is over runs no more.
-    const active = at("R") >= 0 ? at("R") : at("S");
+    const active = at("R") >= 0 ? at("R") : at("S") >= 0 ? at("S") : at("F");
     const box = this.laid.nodes[active];
     if (box !== undefined) this.viewport.watch(box.x, box.y);
   }

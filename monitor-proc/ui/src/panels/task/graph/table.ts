@@ -3,6 +3,7 @@
 import type { Graph } from "../../../net/protocol";
 import type { Store } from "../../../net/store";
 import { el, reveal, revealAcross, setAttr } from "../../dom";
+import { lettersOf } from "./letters";
 import { term } from "../../terms";
 
 export interface LiveTable {
@@ -65,12 +66,17 @@ function matrix(graph: Graph): { head: HTMLElement; rows: HTMLElement[]; cells: 
   return { head: el("tr", {}, el("th", {}), ...columns), rows, cells, columns };
 }
 
+/** Whether a column or row is of the state in which the task is, or ended. */
+function isActive({ dataset }: HTMLElement): boolean {
+  return dataset.status !== undefined && dataset.status !== "I";
+}
+
 /** The table of a matrix: a row an event, a column a state. */
 function matrixTable(store: Store, at: number, graph: Graph): LiveTable {
   const { head, rows, cells, columns } = matrix(graph);
   const root = el("table", { class: "live-table matrix" }, el("thead", {}, head), el("tbody", {}, ...rows));
   const show = () => {
-    const letters = store.letters[at] ?? "";
+    const letters = lettersOf(store, at);
     const last = store.edges[at];
     for (const [index, column] of columns.entries()) setAttr(column, "data-status", letters[index] ?? "I");
     for (const { node, from, event } of cells) {
@@ -78,7 +84,7 @@ function matrixTable(store: Store, at: number, graph: Graph): LiveTable {
       node.classList.toggle("last", last?.from === from && last.label === event);
     }
   };
-  const follow = () => revealAcross(root.parentElement, columns.find((column) => column.dataset.status === "R"));
+  const follow = () => revealAcross(root.parentElement, columns.find((column) => isActive(column)));
   return { root, show, follow };
 }
 
@@ -99,7 +105,7 @@ function rowsTable(store: Store, at: number, graph: Graph): LiveTable {
     el("tbody", {}, ...rows.map(({ node }) => node)),
   );
   const show = () => {
-    const letters = store.letters[at] ?? "";
+    const letters = lettersOf(store, at);
     const last = store.edges[at];
     for (const { edge, node } of rows) {
       setAttr(node, "data-status", letters[edge.from] ?? "I");
@@ -108,7 +114,7 @@ function rowsTable(store: Store, at: number, graph: Graph): LiveTable {
     }
   };
   const follow = () => {
-    const active = rows.find(({ node }) => node.dataset.status === "R");
+    const active = rows.find(({ node }) => isActive(node));
     reveal(root.parentElement, active?.node);
   };
   return { root, show, follow };
