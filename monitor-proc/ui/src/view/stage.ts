@@ -27,6 +27,8 @@ const HORIZON = new Color(0x737f8c);
 const ZENITH = new Color(0x272e37);
 const FLOOR = 0x626b75;
 const LINES = 0x76818c;
+/** Opacity of lines that are not smooth: as bright on the whole as smooth ones. */
+const ROUGH_LINES = 0.4;
 const FINE_SKY = 0.6;
 const PLAIN_SKY = 1.95;
 const REFLECTIONS = 0.5;
@@ -83,6 +85,7 @@ function neutral(colour: Color): Color {
 /** Fine lines, half a metre apart. */
 function grid(): GridHelper {
   const lines = new GridHelper(24, 48, LINES, LINES);
+  lines.material.transparent = true;
   lines.rotateX(Math.PI / 2);
   lines.position.z = 0.001;
   // Drawn first and covered by the rest: some drivers are careless with the depth of lines.
@@ -206,7 +209,9 @@ export class Stage {
   }
 
   /** Mirrors a room in shiny surfaces; without it the sky is brighter. */
-  use({ fine, shadows, multisample }: Level): void {
+  use({ fine, shadows, multisample, pixels }: Level): void {
+    // Without antialiasing a line is a row of whole pixels, and these are larger with less resolution.
+    this.lines.material.opacity = multisample ? 1 : ROUGH_LINES * Math.min(pixels, 1);
     (this.dome.material.uniforms.linear as { value: boolean }).value = multisample;
     // three.js maps the tones of fog only where a later pass does.
     if (this.scene.fog !== null) this.scene.fog.color.copy(multisample ? HORIZON : neutral(HORIZON));
