@@ -19,6 +19,8 @@ export async function lanes({ page, look, until, robocell, press, same }) {
   for (const lane of ["outcome", "phase", "grip", "controller-0"]) {
     await page.locator(`.lane[data-lane="${lane}"] i`).first().waitFor({ state: "attached" });
   }
+  await alignedAndColoured({ page, look, same });
+  await newestLine({ page, look });
   const held = await look((r) => r.store.lanes.find(({ lane, label }) => lane === "grip" && label !== ""));
   same("what was held", held.label, "red_cube");
   const carried = page.locator('.lane[data-lane="grip"] i').first();
@@ -55,6 +57,40 @@ export async function lanes({ page, look, until, robocell, press, same }) {
   if (seen.size < 3) throw new Error("the loop does not play");
   await page.getByRole("button", { name: "Back to live" }).click();
   await until("now is shown", noFlag(NOT_LIVE));
+}
+
+/** Lanes are where the bar is, and a phase has the colour of its name, unlike its neighbours. */
+async function alignedAndColoured({ page, look, same }) {
+  const box = (at) => page.locator(at).boundingBox();
+  const [bar, area] = [await box("#bottom .bar"), await box(".lane-area")];
+  same("left edge and width of the lanes", [area.x, area.width].map(Math.round), [bar.x, bar.width].map(Math.round));
+  const centre = (box) => box.x + box.width / 2;
+  const [knob, line] = [await box("#bottom .cursor"), await box(".lane-cursor")];
+  if (Math.abs(centre(knob) - centre(line)) > 1.5) throw new Error(`the time is at ${centre(knob)} px of the bar and at ${centre(line)} px of the lanes`);
+  const colours = () => look(() => [...document.querySelectorAll('.lane i[data-kind="phase"]')].map((node) => [node.title.split("\n")[0], getComputedStyle(node).backgroundColor]));
+  const seen = await colours();
+  for (const [at, [name, colour]] of seen.entries()) {
+    const [next, other] = seen[at + 1] ?? [name, ""];
+    if (next !== name && colour === other) throw new Error(`${name} and ${next} have one colour`);
+  }
+  const byName = new Map(seen);
+  for (const [name, colour] of seen) same(`the colour of ${name}`, colour, byName.get(name));
+}
+
+/** The list of events is at its newest line. */
+async function newestLine({ page, look }) {
+  const away = () => look(() => {
+    const list = document.querySelector(".event-list");
+    return list.scrollHeight - list.clientHeight - list.scrollTop;
+  });
+  for (const since = Date.now(); (await away()) > 2 && Date.now() - since < 5000; ) await page.waitForTimeout(100);
+  if ((await away()) > 2) throw new Error(`the newest event is ${await away()} px below the list`);
+  await page.locator(".event-list").hover();
+  await page.mouse.wheel(0, -200);
+  await page.waitForTimeout(1000);
+  if ((await away()) < 100) throw new Error("the list does not stay where it was scrolled to");
+  await page.mouse.wheel(0, 5000);
+  await page.waitForTimeout(500);
 }
 
 /** The speed of a running cell is changed at once, here and on the command line. */

@@ -18,6 +18,8 @@ export function machineView(place: Place): GraphView {
   const drawing = new MachineDrawing(place);
   const table = liveTable(place.context.store, place.at, place.graph);
   const below = el("div", { class: "table-box scroll", tabindex: 0, role: "region", "aria-label": `Table of ${place.graph.name}` }, table.root);
+  // In a narrower window the active column may be out of sight.
+  new ResizeObserver(() => place.context.pulse.measure(table.follow)).observe(below);
   const both = place.graph.edges.length > 0 ? [drawing.root, below] : [drawing.root];
   const shown = { graph: [drawing.root], table: [below] }[machineMode.name] ?? both;
   return {

@@ -101,6 +101,12 @@ export function graphPane(context: PanelContext, choice: GraphChoice, onNode: (n
   context.store.on("graph", (index) => {
     if (index === choice.index) changed = true;
   });
+  // The last state of a job that failed is shown as failed.
+  let outcome = "";
+  context.store.on("status", ({ task }) => {
+    if (task.outcome !== outcome) changed = true;
+    outcome = task.outcome;
+  });
   context.pulse.add(root, () => {
     if (!changed) return;
     changed = false;
