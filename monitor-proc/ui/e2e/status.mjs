@@ -73,8 +73,24 @@ export async function recorded({ page, until, same, look }) {
   same("lines of what comes later", await look((r) => r.store.log.filter(({ incident }) => incident === 2).length), 0);
 }
 
+/** A short loss of the connection is one state with one word, and no end. */
+async function shortLoss({ page, look }) {
+  const lose = (connected) => look((r, connected) => {
+    r.store.connected = connected;
+    r.store.heard_ms = Date.now();
+    r.store.emit("connection", connected);
+  }, connected);
+  await lose(false);
+  for (const [at, text] of [["#status .state", /^No answer$/], [".badges .badge", /^no answer$/], [".summary .badge", /^no answer: /], ["#bottom .live", /^No answer$/], [".factor", /^no answer$/]]) {
+    await page.locator(at, { hasText: text }).first().waitFor({ timeout: 4000 });
+  }
+  await page.locator("body.stale").waitFor();
+  await lose(true);
+  await page.locator("body:not(.stale)").waitFor();
+}
+
 /** What is wrong while a task runs that does not know of it, and that there is nothing to list yet. */
-export async function told({ page, robocell }) {
+export async function told({ page, robocell, look }) {
   const bar = page.locator("#status");
   await page.locator(".no-event", { hasText: /^No event yet\.$/ }).waitFor();
   robocell("resume");
@@ -96,6 +112,7 @@ export async function told({ page, robocell }) {
   await page.locator(".event", { hasText: /operator: pause$/ }).waitFor();
   await page.locator("#bottom .live", { hasText: /^Paused$/ }).waitFor();
   await page.locator(".process .num", { hasText: /^paused$/ }).first().waitFor();
+  await shortLoss({ page, look });
   // A page that is opened later knows what was recorded.
   await page.reload();
   await page.locator(".event", { hasText: /object lost: cube/ }).first().waitFor();

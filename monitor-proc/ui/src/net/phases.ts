@@ -23,11 +23,11 @@ function until(store: Store): number {
 /** As the task spells it: `LIFT`, or of several arms `LEFT_LIFT`. */
 export function phaseOf(store: Store): string {
   const spans = current(store, "phase", until(store));
-  const newest = new Map(spans.map((span) => [span.lane, span]));
-  const named = [...newest.values()].filter(({ label }) => label !== "").at(-1);
-  const last = [...newest.values()].reduce<Span | null>((one, span) => (one === null || span.from_s >= one.from_s ? span : one), null);
-  if (last === null) return store.status?.task.phase ?? "";
-  const span = last.label === "" ? named : last;
+  const newest = [...new Map(spans.map((span) => [span.lane, span])).values()].sort((one, other) => one.from_s - other.from_s);
+  if (newest.length === 0) return store.status?.task.phase ?? "";
+  const named = newest.filter(({ label }) => label !== "");
+  // Of several arms one that works says more than one that rests.
+  const span = named.filter(({ label }) => !RESTS.test(label)).at(-1) ?? named.at(-1);
   if (span === undefined) return "";
   const arm = span.lane.replace(/^phase ?/, "");
   return arm === "" ? span.label : `${arm.toUpperCase()}_${span.label}`;

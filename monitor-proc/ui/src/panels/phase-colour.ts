@@ -5,10 +5,10 @@ import type { Store } from "../net/store";
 /** Of usual names (degrees): phases that follow each other are far apart. Red and green are of failed and done. */
 const USUAL: Record<string, number> = {
   standby: 215, idle: 215, home: 215, rest: 215, hold: 240, follow: 215, stay: 240, work: 35,
-  above: 210, approach: 210, picking: 265, pick: 265, pre_grasp: 265, descend: 265, down: 265, acquire: 240,
+  above: 210, approach: 210, picking: 265, pick: 265, pre_grasp: 265, descend: 265, down: 265, acquire: 320,
   grasp: 45, attach: 35, lift: 285, flipping: 320, fetch: 265, bring: 35,
   transport: 25, carry: 25, lower: 195, over: 195, put: 195, place: 195, placing: 195,
-  release: 325, open: 325, detach: 300, holding: 290, retract: 70, up: 70, leave: 70,
+  release: 325, open: 325, detach: 70, holding: 290, retract: 70, up: 70, leave: 70,
 };
 /** Of other names. */
 const HUES = [25, 50, 75, 180, 200, 220, 240, 260, 280, 300, 320];
