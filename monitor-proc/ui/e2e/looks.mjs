@@ -89,6 +89,23 @@ export async function levels(test) {
   }
 }
 
+/** The row of the active state is in the visible part of the table, also after the next phases. */
+async function rowInView({ page, look, until }) {
+  const away = () => look(() => {
+    const row = document.querySelector('.live-table tr[data-status="R"]');
+    if (row === null) return 0;
+    const [inner, outer] = [row, row.closest(".table-box")].map((node) => node.getBoundingClientRect());
+    return Math.max(outer.top - inner.top, inner.bottom - outer.bottom, 0);
+  });
+  for (let phase = 0; phase < 3; phase++) {
+    const before = await look((r) => r.store.letters[0]);
+    await until("the next phase begins", (r, before) => r.store.letters[0] !== before, before);
+    let px = await away();
+    for (const since = Date.now(); px > 1 && Date.now() - since < 2000; px = await away()) await page.waitForTimeout(100);
+    if (px > 1) throw new Error(`the row of the active state is ${px} px out of the table`);
+  }
+}
+
 /** Texts of the task at first sight, explanations of terms, and the timeline by wheel and keys. */
 export async function readable({ page, look, until, same, robocell }) {
   robocell("resume");
@@ -106,6 +123,7 @@ export async function readable({ page, look, until, same, robocell }) {
   });
   if (!(seen.px >= 11 && seen.table >= 11)) throw new Error(`texts of ${seen.px} px in the graph and ${seen.table} px in the table`);
   same("the active state is in view", seen.inside, true);
+  await rowInView({ page, look, until });
   const note = page.locator("#term-note");
   const term = page.locator('.term[data-term="resyncs"]');
   await term.hover();

@@ -140,6 +140,7 @@ export function mountTimeline(context: PanelContext, host: HTMLElement): void {
     drawMarks();
     lanes.draw(window, store.snapshot?.time ?? 0);
   };
+  store.on("log", drawMarks);
   let drawnAt = -Infinity;
   context.pulse.add(host, () => {
     const now = performance.now();
