@@ -71,6 +71,13 @@ export async function recorded({ page, until, same, look }) {
   same("the sheet", await sheet.count(), 0);
   await page.locator(".event", { hasText: "incident 1: task was killed by the script" }).waitFor();
   same("lines of what comes later", await look((r) => r.store.log.filter(({ incident }) => incident === 2).length), 0);
+  // Of its end the bar says so, and the cursor is on the bar.
+  await page.evaluate(() => window.robocell.store.command({ do: "seek", time_s: window.robocell.store.timeline.to_s }));
+  await bar.locator(".detail", { hasText: /^[A-Z_ ]+ · .*the recording ends here · / }).waitFor();
+  await page.locator("#bottom .cursor").waitFor();
+  await page.locator(".summary .badge", { hasText: /^replay: running$/ }).waitFor();
+  same("badges of who may command a recording", await page.locator(".badge.role:visible").count(), 0);
+  await page.locator('button[aria-disabled="true"]', { hasText: "Edit policy" }).waitFor();
 }
 
 /** A short loss of the connection is one state with one word, and no end. */

@@ -113,7 +113,7 @@ function source(facts: Facts, told: Told): Line | null {
   if (hello?.live === false) {
     const count = incidents === 0 ? "" : `${incidents} ${incidents === 1 ? "incident" : "incidents"}`;
     const isOver = shown_s >= newest_s - END_S && newest_s > 0;
-    const end = isOver ? (told.isSpecial ? "its end" : "the recording ends here") : "";
+    const end = isOver ? (told.isSpecial ? "at its end" : "the recording ends here") : "";
     const time = `${shown_s.toFixed(1)} s of ${newest_s.toFixed(1)} s`;
     return line(told.tone === "bad" ? "bad" : "info", state, [...detail, end, time, count, hello.source ?? hello.run.demo]);
   }

@@ -47,7 +47,8 @@ export function mountTimeline(context: PanelContext, host: HTMLElement): void {
   const recorded = () => {
     const { timeline, snapshot } = store;
     const end = snapshot?.time ?? 0;
-    const past = context.flag(FLAG.notLive);
+    // The last state of a recording may be later than the end that is told.
+    const past = context.flag(FLAG.notLive) && store.hello?.live !== false;
     const first = timeline?.from_s ?? Math.min(end, 0);
     return { first, last: Math.max(timeline?.to_s ?? 0, past ? 0 : end, first + 0.001) };
   };
