@@ -205,6 +205,10 @@ export async function reach({ page, look, until, near, same, robocell }) {
   near("the tool after the command", await tool(), low.slice(1, 4).map(Number), 0.01);
   await button("Out of reach").click();
   await verdict("unreachable");
+  const bar = page.locator('#status[data-tone="bad"]');
+  await bar.locator(".state", { hasText: /^Not reached$/ }).waitFor();
+  await bar.locator(".detail", { hasText: /^\d+ mm away: unreachable · FOLLOW$/ }).waitFor();
+  await page.locator('.marks [data-mark="hand_failed"][title*="target not reached"]').waitFor({ state: "attached" });
   const away = Number.parseFloat(await shown("Distance to the target"));
   if (!(away > 100)) throw new Error(`out of reach and ${away} mm away`);
   await button("In front").click();

@@ -48,9 +48,9 @@ export interface Events {
 
 type Listener<K extends keyof Events> = (value: Events[K]) => void;
 
-/** What a person does with the clock or an object is marked. */
+/** A pause by a person is marked; objects that are pulled are by the `Witness`. */
 function withHand(line: LogLine): LogLine {
-  return line.mark === null && /^operator: (pause|drag )/.test(line.text) ? { ...line, mark: "hand" } : line;
+  return line.mark === null && line.text === "operator: pause" ? { ...line, mark: "hand" } : line;
 }
 
 /** One with the lane, epoch and beginning of a known one takes its place. */

@@ -31,7 +31,7 @@ class States {
 
   constructor(private readonly scene: Scene) {}
 
-  /** What happened since the state before; of the first one, what is lost already. */
+  /** What happened since the state before. */
   next(snapshot: Snapshot): Found[] {
     const isFirst = this.time_s === -Infinity;
     const time_s = snapshot.time;
@@ -40,10 +40,8 @@ class States {
     this.time_s = time_s;
     const lost = lostOf(this.scene, snapshot);
     const found: Found[] = [];
-    for (const name of lost) {
-      if (this.lost.has(name)) continue;
-      if (isFirst) found.push({ time_s, text: `object lost: ${name}, before this is known`, mark: null });
-      else found.push({ time_s, text: `object lost: ${name} fell out of the cell`, mark: "drop" });
+    for (const name of isFirst ? [] : lost) {
+      if (!this.lost.has(name)) found.push({ time_s, text: `object lost: ${name} fell out of the cell`, mark: "drop" });
     }
     this.lost = new Set(lost);
     return [...found, ...this.pulls(snapshot), ...this.misses(snapshot)];
@@ -161,12 +159,15 @@ export class Witness {
     this.isRead = true;
     const isReplay = !hello.live;
     const to_s = isReplay ? timeline.to_s : Math.min(snapshot.time, timeline.to_s);
-    if (to_s - timeline.from_s < LEAST_READ_S) return;
-    const states = new States(scene);
-    const snapshots = await snapshotsOf({ from_s: timeline.from_s, to_s, epoch: null }, READ_SAMPLES);
+    const span = { from_s: timeline.from_s, to_s, epoch: null };
+    const snapshots = to_s - span.from_s < LEAST_READ_S ? [] : await snapshotsOf(span, READ_SAMPLES);
     if (this.run !== run) return;
+    const states = new States(scene);
+    const found = snapshots.flatMap((one) => states.next(one)).filter(({ time_s }) => !this.isTold(time_s));
+    const isKnown = (name: string) => [...found, ...store.own].some(({ text }) => text.startsWith(`object lost: ${name} `));
+    const earlier = isReplay ? [] : lostOf(scene, snapshot).filter((name) => !isKnown(name));
+    found.push(...earlier.map((name) => ({ time_s: to_s, text: `object lost: ${name} fell out of the cell before this was recorded`, mark: null })));
     const epoch = store.timeline?.epochs.at(-1)?.epoch ?? null;
-    const found = snapshots.flatMap((one) => states.next(one)).filter(({ time_s, mark }) => mark !== null && !this.isTold(time_s));
     store.addOwn(found.map((line) => ({ ...line, kind: "lifecycle", epoch })));
   }
 
