@@ -1,8 +1,8 @@
 //! Between messages of the bus and the values of the interface.
 
 use cell_model::ramp::RampState;
-use fci::{Fingers, JOINTS, Measured, Reflex, Setpoint};
-use ipc_types::arm::{DriveMode, StopAction, StopCause};
+use fci::{Fingers, JOINTS, LateAnswer, Measured, Reflex, Setpoint};
+use ipc_types::arm::{ClientState, DriveMode, StopAction, StopCause};
 use ipc_types::topic::TopicId;
 use ipc_types::{
     ArmCommand, ArmState, ArmStatus, GripperCommand, Header, Input, Pose, Text, WorldState,
@@ -78,6 +78,7 @@ pub(crate) struct Progress {
     pub(crate) is_moving: bool,
     pub(crate) cycles: u64,
     pub(crate) missed_cycles: u64,
+    pub(crate) client: ClientState,
 }
 
 /// Writes the status of a cycle.
@@ -103,6 +104,7 @@ pub(crate) fn status(
     out.missed_cycles = progress.missed_cycles;
     out.gripper = command.gripper;
     out.controller = Text::new("fci");
+    out.client = progress.client;
 }
 
 /// A reflex in one line.
@@ -111,12 +113,53 @@ pub(crate) fn reflex(reflex: &Reflex) -> String {
     let of = broken
         .joint
         .map_or_else(String::new, |joint| format!("joint {}: ", joint + 1));
-    format!(
-        "reflex {} in cycle {}: {of}{:.4} {}, limit {:.4}",
+    let mut text = format!(
+        "reflex {} in cycle {}: {of}{} {}, limit {}",
         broken.error.name(),
         reflex.cycle,
-        broken.value,
+        short(broken.value),
         broken.unit,
-        broken.limit,
-    )
+        short(broken.limit),
+    );
+    if reflex.late.iter().flatten().next().is_some() {
+        let answers: Vec<String> = runs(reflex)
+            .into_iter()
+            .map(|(answer, count)| match count {
+                1 => answer,
+                _ => format!("{answer} x {count}"),
+            })
+            .collect();
+        text.push_str("; answers after ");
+        text.push_str(&answers.join(", "));
+    }
+    text
+}
+
+/// Four digits of a number.
+fn short(value: f64) -> String {
+    let digits = if value.abs() >= 100.0 { 0 } else { 4 };
+    let text = format!("{value:.digits$}");
+    match text.split_once('.') {
+        Some((whole, part)) if part.chars().all(|digit| digit == '0') => whole.to_owned(),
+        _ => text,
+    }
+}
+
+/// How late the answers came, each with the number of those in a row, oldest first.
+fn runs(reflex: &Reflex) -> Vec<(String, usize)> {
+    let mut runs: Vec<(String, usize)> = Vec::new();
+    for late in reflex.late.iter().flatten() {
+        let answer = late_answer(late);
+        match runs.last_mut() {
+            Some((same, count)) if *same == answer => *count += 1,
+            _ => runs.push((answer, 1)),
+        }
+    }
+    runs
+}
+
+/// How late an answer came.
+fn late_answer(late: &LateAnswer) -> String {
+    late.after_cycles
+        .map_or_else(|| "never".to_owned(), |cycles| format!("{cycles} ms"))
 }

@@ -16,9 +16,10 @@ use cell_rt::priority::CONTROLLER_PRIORITY;
 use cell_rt::{Clock, Monotonic};
 use cell_worker::{HealthReporter, LoopClass, Start, Turn, Wait, Woken};
 use fci::STATE_BYTES;
+use ipc_types::arm::ClientState;
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::world::FLAG_LOCKSTEP;
-use ipc_types::{ArmCommand, ArmStatus, TICK_NS, Wire, WorldState};
+use ipc_types::{ArmCommand, ArmStatus, TICK_NS, Text, Wire, WorldState};
 
 use crate::error::ProcessError;
 use crate::messages::{self, Progress};
@@ -82,6 +83,10 @@ struct FciProcess<C> {
     /// Generation of physics and count of scene resets of the present motion.
     began_with: Option<(u32, u32)>,
     hand_messages: u32,
+    /// What became of its clients, for the task and the launcher.
+    client: ClientState,
+    /// In lockstep: ticks for which time passes without a client.
+    free_ticks: u32,
     cycles: u64,
     missed_cycles: u64,
     lockstep: bool,
@@ -164,6 +169,8 @@ impl<C: Clock> FciProcess<C> {
             answered: None,
             began_with: None,
             hand_messages: 0,
+            client: ClientState::zeroed(),
+            free_ticks: 0,
             cycles: 0,
             missed_cycles: 0,
             lockstep: false,
@@ -190,8 +197,9 @@ impl<C: Clock> FciProcess<C> {
         if now_ns > until_ns {
             self.woke_ns = now_ns;
             self.listen();
-            // Physics is paused or away: a client that only reads sees that the robot is there.
-            if !self.robot.arm.is_running() {
+            // Physics is paused or away: a client that only reads sees that the robot is there. One
+            // that moves would send the commands of its motion in vain.
+            if !self.robot.arm.is_moving() {
                 self.repeat_state();
             }
             return self.finish(false);
@@ -228,6 +236,10 @@ impl<C: Clock> FciProcess<C> {
         let ticks = last.map_or(1, |(_, last)| tick.saturating_sub(last));
         self.missed_cycles += ticks.saturating_sub(1);
         self.cycles += 1;
+        // Counted from rest: a client may end before or after that.
+        if self.robot.arm.is_at_rest() {
+            self.free_ticks = self.free_ticks.saturating_sub(1);
+        }
         let measured = messages::measured(arm, is_new);
         let fingers = messages::fingers(arm);
         let Robot {
@@ -249,6 +261,7 @@ impl<C: Clock> FciProcess<C> {
             is_moving: robot.is_moving(),
             cycles: self.cycles,
             missed_cycles: self.missed_cycles,
+            client: self.client,
         };
         messages::status(state, arm, &self.sent, &progress, &mut self.report);
         let arm = *arm;
@@ -257,7 +270,9 @@ impl<C: Clock> FciProcess<C> {
         self.send(&measured, &arm);
         self.reply();
         if let Some(reflex) = self.robot.arm.take_reflex() {
-            self.health.note(&messages::reflex(&reflex));
+            self.client.reflexes += 1;
+            self.client.reflex = Text::new(reflex.broken.error.name());
+            self.health.incident(&messages::reflex(&reflex));
         }
     }
 

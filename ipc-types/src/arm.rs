@@ -145,6 +145,26 @@ wire! {
     }
 }
 
+/// Longest name of a reflex in [`ClientState`], with the byte that ends it.
+pub const REFLEX_BYTES: usize = 64;
+
+wire! {
+    /// The client program that commands an arm over the network. Counts are since the start of the
+    /// controller.
+    pub struct ClientState {
+        /// 1 while a client is connected.
+        pub connected: u32,
+        /// Clients whose connection has ended.
+        pub ended: u32,
+        /// Motions that ended as their client wanted.
+        pub motions: u32,
+        /// Motions that a rule of the robot ended.
+        pub reflexes: u32,
+        /// Name of the last of those rules; empty where there was none.
+        pub reflex: Text<REFLEX_BYTES>,
+    }
+}
+
 wire! {
     /// Controller to all processes, once per cycle: state and progress of its goal.
     pub struct ArmStatus {
@@ -206,6 +226,8 @@ wire! {
         pub gripper: GripperCommand,
         /// Name of the selected controller.
         pub controller: Text<32>,
+        /// The client of an arm that a program over the network commands; else zeros.
+        pub client: ClientState,
     }
 }
 
@@ -286,6 +308,7 @@ impl Validate for ArmStatus {
         self.setpoint.check()?;
         self.target.check()?;
         self.gripper.check()?;
+        self.client.reflex.check("client.reflex")?;
         self.controller.check("controller")
     }
 }

@@ -17,7 +17,7 @@ pub const PHASE_BYTES: usize = 32;
 /// Bytes of the name of a policy.
 pub const POLICY_BYTES: usize = 16;
 /// Bytes of the name of a reason.
-pub const REASON_BYTES: usize = 48;
+pub const REASON_BYTES: usize = 64;
 /// Bytes of the text about a wait.
 pub const WAIT_BYTES: usize = 96;
 

@@ -53,6 +53,9 @@ wire! {
         pub apply_age_p50_ns: f64,
         /// p99 of the same.
         pub apply_age_p99_ns: f64,
+        /// Events since the start of the process of which an incident is kept; the note has the
+        /// newest.
+        pub incidents: u64,
         /// Newest trouble in words, empty if none. A fault starts with [`FAULT`].
         pub note: Text<NOTE_BYTES>,
     }

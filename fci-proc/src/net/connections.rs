@@ -22,6 +22,10 @@ const MOST_CONNECTIONS: usize = 32;
 /// How long a reply may wait for a client that does not read.
 const WRITE_TIMEOUT: Duration = Duration::from_secs(1);
 
+/// How often, and at which interval, a client asks whether the last one has ended.
+const CLAIMS: u32 = 25;
+const CLAIM_PAUSE: Duration = Duration::from_millis(20);
+
 /// Replies of a connection are not written: the version differs.
 const OTHER_VERSION: u8 = 1;
 
@@ -268,10 +272,17 @@ impl Connections {
 
 /// Makes the connection the one that has the arm, or the hand; `false` where another has.
 fn claim(served: &AtomicU64, connection: u64, peer: SocketAddr) -> bool {
-    let ordering = Ordering::AcqRel;
-    let claimed = served.compare_exchange(0, connection, ordering, Ordering::Acquire);
-    if claimed == Err(connection) || claimed.is_ok() {
-        return true;
+    let free = || {
+        let ordering = Ordering::AcqRel;
+        let claimed = served.compare_exchange(0, connection, ordering, Ordering::Acquire);
+        claimed.is_ok() || claimed == Err(connection)
+    };
+    // A program that was started again connects while the end of the last one is on its way.
+    for _ in 0..CLAIMS {
+        if free() {
+            return true;
+        }
+        std::thread::sleep(CLAIM_PAUSE);
     }
     cell_worker::warn(format_args!(
         "FCI client {peer} is refused: another client is connected"

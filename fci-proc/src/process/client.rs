@@ -16,17 +16,31 @@ const SILENCE_NS: u64 = 1_000_000_000;
 const NAP_NS: u64 = 50_000;
 /// Ticks between two states of the hand.
 const HAND_TICKS: u64 = 10;
+/// In lockstep: between two states for a client that starts a motion (ns).
+const START_NS: u64 = 50_000_000;
+/// Ticks of simulated time after a client has ended: in them the task sees it.
+const AFTER_CLIENT_TICKS: u32 = 30;
 
 impl<C: Clock> FciProcess<C> {
     /// Takes what the clients have sent.
     pub(super) fn listen(&mut self) {
+        // Before the first state the robot is not known: a motion would begin elsewhere.
+        if self.answered.is_none() {
+            return;
+        }
         let Robot { arm, gripper, .. } = &mut self.robot;
         let state = self.state.current();
         let own = state.and_then(|state| state.arms().get(usize::from(self.arm)));
         while let Some(event) = self.net.event() {
             match (event, gripper.as_mut()) {
                 (Event::Request(_, framed), _) => arm.request(&framed),
-                (Event::Closed(_), _) => arm.disconnect(),
+                (Event::Connected(..), _) => self.client.connected = 1,
+                (Event::Closed(_), _) => {
+                    arm.disconnect();
+                    self.client.connected = 0;
+                    self.client.ended += 1;
+                    self.free_ticks = AFTER_CLIENT_TICKS;
+                }
                 (Event::HandRequest(_, framed), Some(gripper)) => {
                     let fingers = own.map(messages::fingers).unwrap_or_default();
                     gripper.request(&framed, &fingers);
@@ -35,14 +49,18 @@ impl<C: Clock> FciProcess<C> {
                 _ => {}
             }
         }
-        while let Some(command) = self.net.command() {
-            arm.datagram(&command);
+        // In lockstep one for each cycle; the next one waits in the socket.
+        while !(self.lockstep && arm.is_answered())
+            && let Some(command) = self.net.command()
+        {
+            arm.datagram(&command, self.lockstep);
         }
         self.reply();
     }
 
     pub(super) fn reply(&mut self) {
         while let Some(reply) = self.robot.arm.take_reply() {
+            self.client.motions += u32::from(reply.is_success_of_motion());
             self.net.reply(reply);
         }
         let Some(gripper) = &mut self.robot.gripper else {
@@ -65,7 +83,8 @@ impl<C: Clock> FciProcess<C> {
         }
         let is_running = arm.is_running();
         let is_busy = self.robot.gripper.as_ref().is_some_and(Gripper::is_busy);
-        if !is_running && (self.has_other_arms || !arm.is_at_rest() || is_busy) {
+        let passes = self.has_other_arms || self.free_ticks > 0;
+        if !is_running && (passes || !arm.is_at_rest() || is_busy) {
             return None;
         }
         // Before the first cycle physics knows no setpoint of this controller.
@@ -76,6 +95,9 @@ impl<C: Clock> FciProcess<C> {
             if now_ns > since_ns + SILENCE_NS {
                 self.net.drop_client();
                 self.robot.arm.disconnect();
+                self.client.connected = 0;
+                self.client.ended += 1;
+                self.free_ticks = AFTER_CLIENT_TICKS;
                 self.health
                     .note("the client did not answer for 1 s: its motion has ended");
                 return None;
@@ -91,7 +113,14 @@ impl<C: Clock> FciProcess<C> {
         let mut next_ns = repeat_ns;
         if now_ns >= repeat_ns {
             self.repeat_state();
-            next_ns = now_ns + TICK_NS;
+            // A client that starts a motion has seen it in one state; more of them would be time
+            // of the robot that depends on the machine.
+            let pause_ns = if self.robot.arm.is_moving() {
+                START_NS
+            } else {
+                TICK_NS
+            };
+            next_ns = now_ns + pause_ns;
             self.awaits = Await::Client {
                 since_ns,
                 repeat_ns: next_ns,

@@ -90,6 +90,7 @@ fn terms(plan: &Plan, model: &Shared) -> Terms {
         },
         script: model.spec.script.clone(),
         gives_start: true,
+        has_clients: false,
     }
 }
 

@@ -21,6 +21,7 @@ mod descriptor_schema;
 mod equipment;
 mod eval_rows;
 mod eval_sweep;
+mod fci;
 mod fuzz;
 mod hold_times;
 mod imported;

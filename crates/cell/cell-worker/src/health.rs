@@ -190,6 +190,12 @@ impl HealthReporter {
         }
     }
 
+    /// An event of which an incident is kept, in words.
+    pub fn incident(&mut self, what: &str) {
+        self.message.incidents += 1;
+        self.note(what);
+    }
+
     /// Publishes a fault, in up to 185 bytes, until it is removed (`None`): a promise of the
     /// cell that does not hold at present. It hides every note: `status`, `top`, the page and
     /// the launcher show it at once, the summary of the run at the end.

@@ -134,8 +134,8 @@ pub struct Arm {
     message_id: u64,
     /// Whether the client answered, for the last cycles, newest in the lowest bit.
     answered: u128,
-    /// Number of the state that was sent last when the motion started.
-    started_at: u64,
+    /// Number of the newest state that was answered, or that was sent before the motion.
+    answered_id: u64,
     answer: Option<RobotCommand>,
     late: [Option<LateAnswer>; LOST_ANSWERS as usize],
     joints: [RampState; JOINTS],
@@ -194,7 +194,7 @@ impl Arm {
             waiting: None,
             message_id: 0,
             answered: 0,
-            started_at: 0,
+            answered_id: 0,
             answer: None,
             late: [None; LOST_ANSWERS as usize],
             joints,
@@ -206,13 +206,15 @@ impl Arm {
         })
     }
 
-    /// A command of the client. One that answers an earlier state than the last is late, and
-    /// only counted.
-    pub fn datagram(&mut self, command: &RobotCommand) {
+    /// A command of the client. In real time one that answers an earlier state than the last is
+    /// late, and only counted. In lockstep nothing is late: commands are taken in their order,
+    /// one in each cycle, so that a run does not depend on the machine.
+    pub fn datagram(&mut self, command: &RobotCommand, in_lockstep: bool) {
         // The first answer of a motion may be to any of its states: until then none is lost.
         let is_first = self.is_moving() && !self.is_running();
-        let is_of_motion = is_first && command.message_id > self.started_at;
-        if command.message_id == self.message_id || is_of_motion {
+        let is_in_order = command.message_id > self.answered_id;
+        if command.message_id == self.message_id || (is_in_order && (is_first || in_lockstep)) {
+            self.answered_id = command.message_id;
             self.answer = Some(*command);
             return;
         }

@@ -218,6 +218,11 @@ pub struct Reply {
 }
 
 impl Reply {
+    /// Whether it ends a motion as its client wanted.
+    pub fn is_success_of_motion(&self) -> bool {
+        self.command == 1 && self.status == MoveStatus::Success as u8
+    }
+
     /// The bytes, with `rest` after the status.
     pub fn encode(&self, rest: &[u8]) -> Vec<u8> {
         let size = HEADER_BYTES + 1 + rest.len();

@@ -9,6 +9,7 @@
 
 mod breakpoints;
 pub mod checkpoint;
+mod client;
 pub mod error;
 pub mod goal_book;
 pub mod goals;

@@ -1,6 +1,6 @@
 //! The input of a policy: one coherent sample of the cell.
 
-use ipc_types::arm::NotReached;
+use ipc_types::arm::{ClientState, NotReached};
 use ipc_types::{
     ArmState, ArmStatus, EquipmentState, MAX_ARMS, ObjectState, OperatorPanel, Pose, WorldState,
 };
@@ -26,6 +26,8 @@ pub struct ControllerEcho {
     pub gripper_error: f64,
     /// Why the arm does not get nearer to the goal, if it does not.
     pub not_reached: Option<NotReached>,
+    /// The client program of an arm that is commanded over the network.
+    pub client: ClientState,
 }
 
 impl From<&ArmStatus> for ControllerEcho {
@@ -39,6 +41,7 @@ impl From<&ArmStatus> for ControllerEcho {
             gripper_error: status.gripper_error,
             not_reached: NotReached::from_code(status.not_reached)
                 .filter(|reason| *reason != NotReached::None),
+            client: status.client,
         }
     }
 }

@@ -7,11 +7,13 @@ use behavior::tree::{Host, Library};
 use behavior::{Finding, suggest};
 use cell_model::runs::policy_server::is_address;
 use cell_model::runs::report::{policy_named, unknown_policy};
+use cell_model::runs::spec::CLIENT_POLICY;
 use cell_model::{Cell, Data};
 use serde_json::{Map, Value, json};
 
 pub use crate::error::TaskError;
 
+use crate::client::Client;
 use crate::goals::Goals;
 use crate::policy::{AnyPolicy, Policy, boxed};
 use crate::ranges;
@@ -284,6 +286,10 @@ impl Policies {
         }
         if let Some(make) = self.remote.as_ref().filter(|_| is_address(policy)) {
             return self.kind(cell)?.remote(cell, policy, make);
+        }
+        if policy == CLIENT_POLICY {
+            let force = NoSettings {}.grip_force_n(cell);
+            return Ok(Task::new(cell, CLIENT_POLICY, force, boxed(Client)));
         }
         // A program with policies for every kind reads `[task]` itself, so the table is not
         // checked against a kind, which this program need not know.

@@ -5,11 +5,13 @@ use std::path::Path;
 use cell_model::Cell;
 use cell_model::runs::policy_server::is_address;
 use cell_model::runs::python;
+use cell_model::runs::spec::CLIENT_POLICY;
 use ipc_types::decision::POLICY_BYTES;
 use supervisor::failure::Failure;
 use supervisor::run::policy::choose;
 
 use crate::cli::RunArgs;
+use crate::cli_robot::FCI;
 use crate::task_program;
 
 /// The policy asked for, or the demo's default, and its drawing. The task program
@@ -21,7 +23,15 @@ pub(super) fn policy_of(
     files: task_program::Files<'_>,
     program: Option<&Path>,
 ) -> Result<(String, String), Failure> {
-    let policy = policy_name(args.scene.policy.as_deref(), cell, program)?;
+    let arms = &cell.arms;
+    let has_own_arm = arms
+        .iter()
+        .any(|arm| arm.controller.as_deref() != Some(FCI));
+    let policy = match args.scene.policy.as_deref() {
+        // No task can command an arm that has a client.
+        _ if !has_own_arm && !arms.is_empty() => CLIENT_POLICY.to_owned(),
+        asked => policy_name(asked, cell, program)?,
+    };
     let drawing = task_program::check_policy(program, &args.demo, &policy, files)?;
     Ok((policy, drawing))
 }

@@ -41,6 +41,8 @@ pub(super) struct IncidentRecorder {
     open: Option<Open>,
     /// Which start of each process worked last, in the order of `processes`.
     generations: Vec<u32>,
+    /// Events of each process of which an incident was kept, with its start.
+    reported: Vec<(u32, u64)>,
     faults: u32,
     writer: SyncSender<Draft>,
     done: Receiver<()>,
@@ -92,6 +94,7 @@ impl IncidentRecorder {
             recording: spec.record.flight_dir.clone(),
             open: None,
             generations: vec![1; processes.len()],
+            reported: vec![(1, 0); processes.len()],
             faults: 0,
             writer,
             done,
@@ -147,6 +150,7 @@ impl IncidentRecorder {
                 say::warn(format_args!("{what}; {}", self.hint(number)));
             }
         }
+        self.take_reported(now_ns, watch);
         for (index, process) in self.processes.iter().enumerate() {
             let generation = watch.health(*process).map_or(0, |h| h.header.generation);
             if generation > self.generations[index] {
@@ -160,6 +164,28 @@ impl IncidentRecorder {
         let over = |open: &Open| now_ns.saturating_sub(open.first_ns) > AFTER_NS;
         if self.open.as_ref().is_some_and(over) {
             self.complete();
+        }
+    }
+
+    /// Keeps an incident of each event that a process reports, as a reflex of an arm.
+    fn take_reported(&mut self, now_ns: u64, watch: &Watch) {
+        for index in 0..self.processes.len() {
+            let process = self.processes[index];
+            let Some(health) = watch.health(process) else {
+                continue;
+            };
+            let generation = health.header.generation;
+            let known = if self.reported[index].0 == generation {
+                self.reported[index].1
+            } else {
+                0
+            };
+            self.reported[index] = (generation, health.incidents);
+            if health.incidents > known {
+                let what = format!("{}: {}", process.name(), health.note.as_str());
+                let number = self.failed(now_ns, process, &what);
+                say::warn(format_args!("{what}; {}", self.hint(number)));
+            }
         }
     }
 

@@ -287,5 +287,6 @@ fn terms(plan: &Plan, processes: &[Process]) -> Terms {
         },
         script: plan.spec.script.clone(),
         gives_start: plan.spec.until_done || plan.loops,
+        has_clients: plan.spec.fci.iter().any(Option::is_some),
     }
 }

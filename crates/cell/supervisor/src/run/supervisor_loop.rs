@@ -40,6 +40,8 @@ pub struct Terms {
     pub script: Vec<ScriptLine>,
     /// Whether a task that waits to be started is started.
     pub gives_start: bool,
+    /// Whether a client program commands an arm: lockstep waits for it as long as it takes.
+    pub has_clients: bool,
 }
 
 /// Supervises the processes of one run.

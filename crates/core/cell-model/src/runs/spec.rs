@@ -17,6 +17,9 @@ use crate::runs::policy_server::PolicyServer;
 use crate::runs::wire;
 
 pub use super::secrets::PageSecrets;
+
+/// Name of the policy of a cell whose arms are all commanded by client programs, whatever its kind.
+pub const CLIENT_POLICY: &str = "client";
 pub use super::speed::Speed;
 
 /// Written beside the run file by a run in one process when it has ended.

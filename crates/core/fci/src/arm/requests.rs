@@ -136,7 +136,7 @@ impl Arm {
         });
         self.reflex_reason = Errors::default();
         self.answered = 0;
-        self.started_at = self.message_id;
+        self.answered_id = self.message_id;
         self.answer = None;
         self.late = Default::default();
         self.torques = Default::default();

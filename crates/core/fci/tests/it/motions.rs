@@ -331,3 +331,27 @@ fn a_held_arm_ends_a_motion_without_an_error() {
     bench.rest();
     assert_eq!(bench.start(0, 1), 1);
 }
+
+#[test]
+fn in_lockstep_each_command_is_used_once_and_in_order() {
+    let mut bench = Bench::new();
+    assert_eq!(bench.start(0, 1), 1);
+    let first = bench.arm.message_id() + 1;
+    // States are repeated while the client prepares; it answers the first of them.
+    bench.arm.repeat();
+    bench.arm.repeat();
+    let from = bench.measured.positions[6];
+    let mut sum = 0.0;
+    for cycle in 0..100 {
+        let mut answer = command(first + cycle);
+        answer.velocities[6] = bell(cycle, 200);
+        sum += answer.velocities[6] * 1e-3;
+        bench.arm.datagram(&answer, true);
+        assert!(bench.arm.is_answered());
+        bench.cycle(None);
+    }
+    assert!(bench.arm.take_reflex().is_none());
+    assert!((bench.measured.positions[6] - from - sum).abs() < 1e-12);
+    bench.arm.datagram(&command(first), true);
+    assert!(!bench.arm.is_answered());
+}

@@ -80,7 +80,7 @@ impl Bench {
     /// state.
     pub(crate) fn cycle<'a>(&mut self, answer: impl Into<Option<&'a RobotCommand>>) {
         if let Some(answer) = answer.into() {
-            self.arm.datagram(answer);
+            self.arm.datagram(answer, false);
         }
         let setpoint = self.arm.advance(&self.measured);
         self.measured.setpoint = setpoint.joints;
@@ -91,7 +91,7 @@ impl Bench {
 
     /// The answer to state `message_id` arrives late.
     pub(crate) fn cycle_late(&mut self, message_id: u64) {
-        self.arm.datagram(&command(message_id));
+        self.arm.datagram(&command(message_id), false);
     }
 
     /// A command that answers the last state.

@@ -61,7 +61,8 @@ impl<M: Machine> SupervisorLoop<M> {
             return;
         };
         self.supervisor.set_lockstep(state.has(FLAG_LOCKSTEP));
-        let excused = state.has(FLAG_PAUSED) || state.has(FLAG_ENDING) || state.script_line > 0;
+        let mut excused = state.has(FLAG_PAUSED) || state.has(FLAG_ENDING) || state.script_line > 0;
+        excused |= self.terms.has_clients;
         let waits = state.has(FLAG_LOCKSTEP) && !excused && self.supervisor.is_ready();
         if self.standstill.lasts(state.header.tick, waits, now) {
             let health = self.watch.health(Process::Physics);

@@ -157,6 +157,7 @@ impl Cell {
             },
             script: cell_model::cells::script::parse(script, "s").unwrap(),
             gives_start: false,
+            has_clients: false,
         };
         let mut cell = Self(SupervisorLoop::new(Model::default(), terms), 0);
         cell.run(100);
