@@ -20,6 +20,8 @@ pub struct RobotCommand {
     pub pose: [f64; 16],
     /// Twist of the end effector in the base frame: linear (m/s), angular (rad/s).
     pub twist: [f64; 6],
+    /// Position of joint 3, by which the elbow is chosen (rad).
+    pub elbow: Option<f64>,
     /// Torques without gravity and friction (N·m).
     pub torques: [f64; JOINTS],
     /// This command is the last one of its motion.
@@ -32,9 +34,8 @@ impl RobotCommand {
         let mut body = Reader(datagram);
         let (message_id, positions) = (body.u64()?, body.f64s()?);
         let (velocities, pose, twist) = (body.f64s()?, body.f64s()?, body.f64s()?);
-        // The elbow: the redundancy is resolved by the smallest motion of the joints.
-        body.f64s::<2>()?;
-        body.u8()?;
+        let [elbow, _sign] = body.f64s()?;
+        let has_elbow = body.u8()? != 0;
         let motion_finished = body.u8()? != 0;
         let torques = body.f64s()?;
         let torque_finished = body.u8()? != 0;
@@ -44,6 +45,7 @@ impl RobotCommand {
             velocities,
             pose,
             twist,
+            elbow: has_elbow.then_some(elbow),
             torques,
             is_finished: motion_finished || torque_finished,
         })

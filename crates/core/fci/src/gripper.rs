@@ -327,7 +327,12 @@ impl Gripper {
                 if !(is_still && has_led) {
                     return None;
                 }
-                self.is_grasped = (least..=most).contains(&fingers.width) && fingers.force > 0.0;
+                // The force rises after the fingers have stopped.
+                let holds = fingers.force > 0.0;
+                if !holds && busy.still < PATIENCE_CYCLES {
+                    return None;
+                }
+                self.is_grasped = holds && (least..=most).contains(&fingers.width);
                 // The fingers keep pressing.
                 self.width = 0.0;
                 Some(if self.is_grasped {

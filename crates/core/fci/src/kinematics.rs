@@ -17,6 +17,11 @@ pub(crate) type Jacobian = SMatrix<f64, 6, JOINTS>;
 const DAMPING: f64 = 1.0e-6;
 /// Iterations of the inverse kinematics: a step of 1 ms needs two.
 const ITERATIONS: usize = 8;
+/// The joint that chooses among the positions that have the same pose of the tool.
+const ELBOW: usize = 2;
+/// How much less it moves than the others where they can give the motion: without a command for
+/// the elbow it stays where it is.
+const ELBOW_WEIGHT: f64 = 100.0;
 /// Error at which the inverse kinematics ends (m, rad).
 const ENOUGH: f64 = 1.0e-12;
 
@@ -78,34 +83,41 @@ impl Kinematics {
         (jacobian, pose)
     }
 
-    /// Joint positions near `start` with the end effector at `goal`, by damped least squares.
-    /// `None` where it cannot be reached.
+    /// Joint positions near `start` with the end effector at `goal`, and joint 3 moved by `elbow`
+    /// (rad). `None` where it cannot be reached.
     pub(crate) fn solve(
         &self,
-        start: &Joints,
+        (start, elbow): (&Joints, f64),
         end_effector: &Isometry3<f64>,
         goal: &Isometry3<f64>,
     ) -> Option<Joints> {
         let mut positions = *start;
         let mut error = f64::INFINITY;
+        let mut elbow = elbow;
         for _ in 0..ITERATIONS {
             let (jacobian, pose) = self.jacobian(&positions, end_effector);
             let twist = difference(&pose, goal);
             error = twist.amax();
-            if error < ENOUGH {
+            if error < ENOUGH && elbow == 0.0 {
                 break;
             }
-            positions += smallest(&jacobian, &twist)?;
+            positions += smallest(&jacobian, &twist, std::mem::take(&mut elbow))?;
         }
         // A micrometre or microradian: beyond it the pose is not followed.
         (error < 1.0e-6).then_some(positions)
     }
 }
 
-/// The smallest joint velocities that give `twist` (Nakamura and Hanafusa, 1986).
-pub(crate) fn smallest(jacobian: &Jacobian, twist: &Vector6<f64>) -> Option<Joints> {
-    let square = jacobian * jacobian.transpose() + Matrix6::identity() * DAMPING;
-    Some(jacobian.transpose() * square.cholesky()?.solve(twist))
+/// The smallest joint motion that gives `twist` (weighted and damped least squares; Nakamura and
+/// Hanafusa, 1986), with joint 3 near `elbow`.
+pub(crate) fn smallest(jacobian: &Jacobian, twist: &Vector6<f64>, elbow: f64) -> Option<Joints> {
+    let mut weighted = *jacobian;
+    weighted.column_mut(ELBOW).scale_mut(1.0 / ELBOW_WEIGHT);
+    let square = weighted * jacobian.transpose() + Matrix6::identity() * DAMPING;
+    let rest = twist - jacobian.column(ELBOW) * elbow;
+    let mut motion = weighted.transpose() * square.cholesky()?.solve(&rest);
+    motion[ELBOW] += elbow;
+    Some(motion)
 }
 
 /// The motion from `here` to `there` in the base frame: linear, then angular.

@@ -9,6 +9,7 @@ mod arm;
 mod bytes;
 mod datagram;
 mod error;
+mod follow;
 mod gripper;
 mod kinematics;
 mod limits;

@@ -1,13 +1,12 @@
-//! From the commands of a client to joint setpoints, with the checks of the robot.
+//! A step of a motion, and the rules of the robot for it.
 
 use cell_model::ramp::RampState;
-use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{Isometry3, Vector6};
 
 use crate::JOINTS;
 use crate::bytes::single;
-use crate::datagram::RobotCommand;
 use crate::error::Error;
-use crate::kinematics::{Joints, Kinematics, smallest};
+use crate::kinematics::Kinematics;
 use crate::limits::{ANGULAR, CYCLE_S, JointLimit, LINEAR, TOLERANCE, TORQUE_RATE};
 
 /// Kind of the commands of a motion.
@@ -87,137 +86,11 @@ impl Tool {
     }
 }
 
-/// Joints and end effector after `command`.
-pub(crate) fn follow(
-    before: &Before<'_>,
-    generator: Generator,
-    command: &RobotCommand,
-) -> Result<([RampState; JOINTS], Tool), Broken> {
-    let mut tool = *before.tool;
-    let joints = match generator {
-        Generator::JointPosition => positions(before, &command.positions),
-        Generator::JointVelocity => velocities(before, &command.velocities),
-        Generator::CartesianPose => {
-            let pose = pose_of(&command.pose)?;
-            tool = moved(before.tool, &pose);
-            check_tool(before, &tool, true)?;
-            by_pose(before, &pose)?
-        }
-        Generator::CartesianVelocity => {
-            let twist = Vector6::from(command.twist);
-            tool = led(before.tool, &twist);
-            check_tool(before, &tool, false)?;
-            by_twist(before, &twist)
-        }
-        Generator::None => *before.joints,
-    };
-    if generator != Generator::None {
-        check(before, generator, &joints)?;
-    }
-    Ok((joints, tool))
-}
-
-fn positions(before: &Before<'_>, wanted: &[f64; JOINTS]) -> [RampState; JOINTS] {
-    std::array::from_fn(|joint| {
-        let last = before.joints[joint];
-        let velocity = (wanted[joint] - last.position) / CYCLE_S;
-        RampState {
-            position: wanted[joint],
-            velocity,
-            acceleration: (velocity - last.velocity) / CYCLE_S,
-        }
-    })
-}
-
-fn velocities(before: &Before<'_>, wanted: &[f64; JOINTS]) -> [RampState; JOINTS] {
-    std::array::from_fn(|joint| {
-        let last = before.joints[joint];
-        RampState {
-            position: last.position + wanted[joint] * CYCLE_S,
-            velocity: wanted[joint],
-            acceleration: (wanted[joint] - last.velocity) / CYCLE_S,
-        }
-    })
-}
-
-fn at(before: &Before<'_>) -> Joints {
-    Joints::from_fn(|joint, _| before.joints[joint].position)
-}
-
-fn by_pose(before: &Before<'_>, pose: &Isometry3<f64>) -> Result<[RampState; JOINTS], Broken> {
-    let found = before
-        .kinematics
-        .solve(&at(before), before.end_effector, pose);
-    let found = found.ok_or(Broken {
-        error: Error::CARTESIAN_JOINT_POSITION,
-        joint: None,
-        value: pose.translation.vector.norm(),
-        limit: 0.855,
-        unit: "m from the base, reached by no joint positions",
-    })?;
-    Ok(positions(before, &found.into()))
-}
-
-fn by_twist(before: &Before<'_>, twist: &Vector6<f64>) -> [RampState; JOINTS] {
-    let (jacobian, _) = before.kinematics.jacobian(&at(before), before.end_effector);
-    let found = smallest(&jacobian, twist).unwrap_or_default();
-    velocities(before, &found.into())
-}
-
-/// The pose in a message, column-major.
-pub(crate) fn pose_of(numbers: &[f64; 16]) -> Result<Isometry3<f64>, Broken> {
-    let matrix = Matrix3::from_fn(|row, column| numbers[4 * column + row]);
-    let off = (matrix * matrix.transpose() - Matrix3::identity()).amax();
-    let bottom = [numbers[3], numbers[7], numbers[11], numbers[15] - 1.0];
-    let off = bottom
-        .iter()
-        .fold(off, |worst, value| worst.max(value.abs()));
-    // Numbers of a state have 24 bits.
-    if !(off < 1.0e-5) || matrix.determinant() < 0.0 {
-        return Err(Broken {
-            error: Error::INVALID_FRAME,
-            joint: None,
-            value: off,
-            limit: 1.0e-5,
-            unit: "off a rigid transformation",
-        });
-    }
-    let rotation = Rotation3::from_matrix_unchecked(matrix);
-    Ok(Isometry3::from_parts(
-        Vector3::new(numbers[12], numbers[13], numbers[14]).into(),
-        UnitQuaternion::from_rotation_matrix(&rotation),
-    ))
-}
-
-fn moved(last: &Tool, pose: &Isometry3<f64>) -> Tool {
-    let linear = (pose.translation.vector - last.pose.translation.vector) / CYCLE_S;
-    let turn = last.pose.rotation.rotation_to(&pose.rotation).scaled_axis() / CYCLE_S;
-    let twist = Vector6::new(linear.x, linear.y, linear.z, turn.x, turn.y, turn.z);
-    Tool {
-        pose: *pose,
-        twist,
-        acceleration: (twist - last.twist) / CYCLE_S,
-    }
-}
-
-fn led(last: &Tool, twist: &Vector6<f64>) -> Tool {
-    let linear = twist.fixed_rows::<3>(0) * CYCLE_S;
-    let angular = twist.fixed_rows::<3>(3) * CYCLE_S;
-    Tool {
-        pose: Isometry3::from_parts(
-            (last.pose.translation.vector + linear).into(),
-            UnitQuaternion::from_scaled_axis(angular.into_owned()) * last.pose.rotation,
-        ),
-        twist: *twist,
-        acceleration: (twist - last.twist) / CYCLE_S,
-    }
-}
-
 /// Rounding of a position of the end effector by a state, seen in its jerk: two numbers of 24
 /// bits below 1 m, divided by the cube of a cycle.
 const ROUNDING: [f64; 3] = [6.0e-5, 0.12, 240.0];
 
-fn check_tool(before: &Before<'_>, tool: &Tool, by_pose: bool) -> Result<(), Broken> {
+pub(crate) fn check_tool(before: &Before<'_>, tool: &Tool, by_pose: bool) -> Result<(), Broken> {
     let jerk = (tool.acceleration - before.tool.acceleration) / CYCLE_S;
     let errors = [
         Error::CARTESIAN_VELOCITY_LIMIT,
@@ -282,7 +155,7 @@ fn errors_of(generator: Generator) -> [Error; 4] {
     }
 }
 
-fn check(
+pub(crate) fn check(
     before: &Before<'_>,
     generator: Generator,
     after: &[RampState; JOINTS],

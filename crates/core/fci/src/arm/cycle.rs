@@ -5,9 +5,10 @@ use cell_model::ramp::{self, RampState};
 use super::{Arm, LOST_ANSWERS, LateAnswer, Measured, Mode, Motion, Reflex, Setpoint};
 use crate::datagram::RobotCommand;
 use crate::error::Error;
+use crate::follow::follow;
 use crate::kinematics::Joints;
 use crate::limits::{CYCLE_S, TOLERANCE};
-use crate::motion::{Before, Broken, Generator, Tool, check_torques, follow};
+use crate::motion::{Before, Broken, Generator, Tool, check_torques};
 use crate::request::MoveStatus;
 
 /// Distance at which parts of the arm count as touching (m).

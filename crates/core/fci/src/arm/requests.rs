@@ -58,7 +58,7 @@ impl Arm {
         match request {
             Request::SetEeToK(matrix) => self.stiffness_frame = *matrix,
             Request::SetNeToEe(matrix) => {
-                let Ok(pose) = crate::motion::pose_of(matrix) else {
+                let Ok(pose) = crate::follow::pose_of(matrix) else {
                     return INVALID_ARGUMENT;
                 };
                 self.nominal_to_end = pose;

@@ -1,0 +1,157 @@
+"""A client of the Franka control interface: fci-client.py SCENARIO."""
+
+import math
+import sys
+import time
+
+if sys.argv[1:] != ["hand"]:  # Both libraries have the types of libfranka.
+    import pylibfranka as franka
+
+HOST = "127.0.0.1"
+SECONDS = 10.0
+
+
+def connect():
+    """The robot, once its interface listens."""
+    for _ in range(200):
+        try:
+            return franka.Robot(HOST, franka.RealtimeConfig.kIgnore)
+        except franka.NetworkException:
+            time.sleep(0.1)
+    sys.exit("no interface within 20 s")
+
+
+def smooth(part):
+    return part - math.sin(2 * math.pi * part) / (2 * math.pi)
+
+
+def drive(robot, start, command_at):
+    """A motion of SECONDS; lost cycles and the state at its end."""
+    control = start()
+    state, _ = control.readOnce()
+    first, passed, lost = state, 0.0, 0
+    while passed < SECONDS:
+        command = command_at(first, passed / SECONDS)
+        control.writeOnce(command)
+        state, period = control.readOnce()
+        lost += round(period.to_sec() * 1000) - 1
+        passed += period.to_sec()
+    command.motion_finished = True
+    control.writeOnce(command)
+    for _ in range(50):
+        state = robot.read_once()
+    return first, state, lost
+
+
+def modes():
+    robot = connect()
+    impedance = franka.ControllerMode.JointImpedance
+
+    def position(first, part):
+        q = list(first.q_d)
+        q[6] += 0.1 * smooth(part)
+        return franka.JointPositions(q)
+
+    def velocity(_, part):
+        return franka.JointVelocities([0] * 6 + [0.2 / SECONDS * math.sin(math.pi * part) ** 2])
+
+    def pose(first, part):
+        matrix = list(first.O_T_EE_d)
+        matrix[12] += 0.05 * smooth(part)
+        return franka.CartesianPose(matrix)
+
+    def twist(_, part):
+        return franka.CartesianVelocities([-0.1 / SECONDS * math.sin(math.pi * part) ** 2] + [0] * 5)
+
+    def torque(_, __):
+        return franka.Torques([0.0] * 7)
+
+    starts = [
+        (lambda: robot.start_joint_position_control(impedance), position, 0.1, None),
+        (lambda: robot.start_joint_velocity_control(impedance), velocity, 0.1, None),
+        (lambda: robot.start_cartesian_pose_control(impedance), pose, None, 0.05),
+        (lambda: robot.start_cartesian_velocity_control(impedance), twist, None, -0.05),
+        (robot.start_torque_control, torque, 0.0, None),
+    ]
+    for start, command_at, joint, moved in starts:
+        first, last, lost = drive(robot, start, command_at)
+        name = command_at.__name__
+        assert lost == 0, f"{name}: {lost} cycles lost"
+        if joint is not None:
+            assert abs(last.q[6] - first.q[6] - joint) < 1e-3, f"{name}: joint 7"
+        if moved is not None:
+            assert abs(last.O_T_EE[12] - first.O_T_EE[12] - moved) < 1e-3, f"{name}: tool"
+
+
+def reflex(command_at, expected):
+    robot = connect()
+    control = robot.start_joint_velocity_control(franka.ControllerMode.JointImpedance)
+    try:
+        for cycle in range(200):
+            control.readOnce()
+            control.writeOnce(command_at(cycle))
+    except franka.ControlException as error:
+        assert expected in str(error), error
+        robot.automatic_error_recovery()
+        return
+    sys.exit("no reflex")
+
+
+def step():
+    reflex(
+        lambda cycle: franka.JointVelocities([0] * 6 + [0.5 if cycle > 50 else 0.0]),
+        "joint_motion_generator_velocity_discontinuity",
+    )
+
+
+def jump():
+    reflex(
+        lambda cycle: franka.JointVelocities([0] * 6 + [0.009 * max(0, cycle - 50)]),
+        "joint_motion_generator_acceleration_discontinuity",
+    )
+
+
+def version():
+    """Version 5, as of the Panda, is refused with the version that is served."""
+    import socket
+    import struct
+
+    robot = connect()
+    with socket.create_connection((HOST, 1337)) as client:
+        client.sendall(struct.pack("<IIIHH", 0, 0, 16, 5, 4000))
+        reply = client.recv(64)
+    robot.read_once()
+    assert reply[12:] == bytes([1, 10, 0]), reply
+
+
+def hand():
+    """franky grips the cube of cells/cube.toml with seed 0, lifts it, and opens the hand."""
+    import franky
+
+    for _ in range(200):
+        try:
+            robot = franky.Robot(HOST, realtime_config=franky.RealtimeConfig.Ignore)
+            break
+        except franky.NetworkException:
+            time.sleep(0.1)
+    x, y, z = 0.523, -0.257, 0.025
+    robot.relative_dynamics_factor = 0.05
+    hand = franky.Gripper(HOST)
+    turn = robot.current_cartesian_state.pose.end_effector_pose.quaternion
+
+    def go(height):
+        robot.move(franky.CartesianMotion(franky.Affine([x, y, height], turn)))
+
+    go(z + 0.12)
+    hand.open(0.1)
+    go(z)
+    assert hand.grasp(0.06, 0.05, 30, epsilon_inner=0.02, epsilon_outer=0.02), hand.width
+    go(z + 0.1)
+    assert hand.is_grasped, hand.width
+    go(z)
+    hand.open(0.1)
+    assert not hand.is_grasped
+
+
+if __name__ == "__main__":
+    {"modes": modes, "step": step, "jump": jump, "version": version, "hand": hand}[sys.argv[1]]()
