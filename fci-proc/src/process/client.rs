@@ -8,7 +8,6 @@ use ipc_types::{ArmState, TICK_NS};
 use super::{Await, FciProcess, SPIN_LOCKSTEP_NS};
 use crate::messages;
 use crate::net::Event;
-use crate::robot::Robot;
 
 /// How long lockstep waits for an answer of a client that moves the arm (ns).
 const SILENCE_NS: u64 = 1_000_000_000;
@@ -28,34 +27,37 @@ impl<C: Clock> FciProcess<C> {
         if self.answered.is_none() {
             return;
         }
-        let Robot { arm, gripper, .. } = &mut self.robot;
-        let state = self.state.current();
-        let own = state.and_then(|state| state.arms().get(usize::from(self.arm)));
         while let Some(event) = self.net.event() {
-            match (event, gripper.as_mut()) {
-                (Event::Request(_, framed), _) => arm.request(&framed),
-                (Event::Connected(..), _) => self.client.connected = 1,
-                (Event::Closed(_), _) => {
-                    arm.disconnect();
-                    self.client.connected = 0;
-                    self.client.ended += 1;
-                    self.free_ticks = AFTER_CLIENT_TICKS;
-                }
-                (Event::HandRequest(_, framed), Some(gripper)) => {
-                    let fingers = own.map(messages::fingers).unwrap_or_default();
-                    gripper.request(&framed, &fingers);
-                }
-                (Event::HandClosed(_), Some(gripper)) => gripper.disconnect(),
-                _ => {}
-            }
+            self.take(event);
         }
         // In lockstep one for each cycle; the next one waits in the socket.
+        let arm = &mut self.robot.arm;
         while !(self.lockstep && arm.is_answered())
             && let Some(command) = self.net.command()
         {
             arm.datagram(&command, self.lockstep);
         }
         self.reply();
+    }
+
+    fn take(&mut self, event: Event) {
+        match event {
+            Event::Connected(..) => self.client.connected = 1,
+            Event::Request(_, framed) => self.robot.arm.request(&framed),
+            Event::Closed(_) => self.client_ended(),
+            Event::HandConnected(..) => {}
+            Event::HandRequest(_, framed) => {
+                let fingers = self.present().map(|(_, arm)| messages::fingers(&arm));
+                if let Some(gripper) = &mut self.robot.gripper {
+                    gripper.request(&framed, &fingers.unwrap_or_default());
+                }
+            }
+            Event::HandClosed(_) => {
+                if let Some(gripper) = &mut self.robot.gripper {
+                    gripper.disconnect();
+                }
+            }
+        }
     }
 
     pub(super) fn reply(&mut self) {
@@ -92,47 +94,57 @@ impl<C: Clock> FciProcess<C> {
         self.health.idle();
         self.health.publish_if_due(tick, now_ns);
         if is_running {
-            if now_ns > since_ns + SILENCE_NS {
-                self.net.drop_client();
-                self.robot.arm.disconnect();
-                self.client.connected = 0;
-                self.client.ended += 1;
-                self.free_ticks = AFTER_CLIENT_TICKS;
-                self.health
-                    .note("the client did not answer for 1 s: its motion has ended");
-                return None;
-            }
-            let polls = now_ns < since_ns + SPIN_LOCKSTEP_NS;
-            return Some(if polls {
-                Wait::Yield
-            } else {
-                Wait::Sleep(now_ns + NAP_NS)
-            });
+            self.wait_for_answer(since_ns, now_ns)
+        } else {
+            Some(self.wait_for_motion((since_ns, repeat_ns), now_ns))
         }
-        // Simulated time stands.
-        let mut next_ns = repeat_ns;
+    }
+
+    /// The wait for the answer of a client that moves the arm; `None` once it has been silent for
+    /// too long, which ends its motion.
+    fn wait_for_answer(&mut self, since_ns: u64, now_ns: u64) -> Option<Wait> {
+        if now_ns > since_ns + SILENCE_NS {
+            self.net.drop_client();
+            self.client_ended();
+            self.health
+                .note("the client did not answer for 1 s: its motion has ended");
+            return None;
+        }
+        Some(if now_ns < since_ns + SPIN_LOCKSTEP_NS {
+            Wait::Yield
+        } else {
+            Wait::Sleep(now_ns + NAP_NS)
+        })
+    }
+
+    /// The wait for a client that moves the arm: simulated time does not pass, and the state is
+    /// repeated.
+    fn wait_for_motion(&mut self, (since_ns, mut repeat_ns): (u64, u64), now_ns: u64) -> Wait {
+        let is_moving = self.robot.arm.is_moving();
         if now_ns >= repeat_ns {
             self.repeat_state();
             // A client that starts a motion has seen it in one state; more of them would be time
             // of the robot that depends on the machine.
-            let pause_ns = if self.robot.arm.is_moving() {
-                START_NS
-            } else {
-                TICK_NS
-            };
-            next_ns = now_ns + pause_ns;
+            repeat_ns = now_ns + if is_moving { START_NS } else { TICK_NS };
             self.awaits = Await::Client {
                 since_ns,
-                repeat_ns: next_ns,
+                repeat_ns,
             };
         }
         // A client that has seen its motion in a state answers it.
-        let nap_ns = if self.robot.arm.is_moving() {
-            now_ns + NAP_NS
+        Wait::Sleep(if is_moving {
+            repeat_ns.min(now_ns + NAP_NS)
         } else {
-            next_ns
-        };
-        Some(Wait::Sleep(nap_ns.min(next_ns)))
+            repeat_ns
+        })
+    }
+
+    /// The connection of the client has ended.
+    fn client_ended(&mut self) {
+        self.robot.arm.disconnect();
+        self.client.connected = 0;
+        self.client.ended += 1;
+        self.free_ticks = AFTER_CLIENT_TICKS;
     }
 
     /// Sends the present state under the next number.

@@ -87,7 +87,7 @@ impl Error {
     pub const CARTESIAN_JOINT_VELOCITY_DISCONTINUITY: Self = Self(29);
     /// The joint jerks of a commanded pose are above their limits.
     pub const CARTESIAN_JOINT_ACCELERATION_DISCONTINUITY: Self = Self(30);
-    /// A commanded pose is no rigid transformation.
+    /// A commanded pose is not a rigid transformation.
     pub const INVALID_FRAME: Self = Self(31);
     /// A commanded torque changes too fast.
     pub const TORQUE_DISCONTINUITY: Self = Self(32);

@@ -38,11 +38,11 @@ pub enum GripperRequest {
     Homing,
     /// Closes until something is held.
     Grasp {
-        /// Width of the object, and what it may be less and more (m).
+        /// Expected width of the object (m).
         width: f64,
-        /// m.
+        /// By how much it may be narrower (m).
         inner: f64,
-        /// m.
+        /// By how much it may be wider (m).
         outer: f64,
         /// m/s.
         speed: f64,
@@ -351,7 +351,7 @@ impl Gripper {
         }
     }
 
-    /// The connection of the client has ended. What is held stays held.
+    /// The connection of the client has ended. The fingers keep their command.
     pub fn disconnect(&mut self) {
         self.abort();
         self.replies = [None; 4];
@@ -381,7 +381,7 @@ impl Gripper {
         to.bytes(&message_id.to_le_bytes());
         to.bytes(&fingers.width.to_le_bytes());
         to.bytes(&self.max_width.to_le_bytes());
-        // Lost when what was held has left.
+        // Until the held object has left.
         let is_grasped = self.is_grasped && fingers.force > 0.0;
         to.bytes(&[u8::from(is_grasped)]);
         to.bytes(&TEMPERATURE.to_le_bytes());

@@ -136,7 +136,7 @@ fn unit(base: &str, order: usize) -> &'static str {
     }
 }
 
-/// Errors of joints by what is broken: position, velocity, acceleration, jerk.
+/// Errors of joints by the broken limit: position, velocity, acceleration, jerk.
 fn errors_of(generator: Generator) -> [Error; 4] {
     if generator.is_cartesian() {
         [
@@ -177,7 +177,7 @@ pub(crate) fn check(
         let [_, acceleration, jerk] = smaller(by_position, last, next);
         let is_above = |value: f64, limit: f64| !(value.abs() <= limit * (1.0 + TOLERANCE));
         let jumps = is_above(acceleration, limit.acceleration);
-        // A jump of the first command is a wrong start, whatever limits it breaks.
+        // A jump of the first command is a wrong start, also where it breaks other limits.
         if jumps && before.is_first && generator == Generator::JointPosition {
             let off = next.position - last.position;
             return Err(broken(Error::START_POSE, off, 0.0, "rad from the start"));

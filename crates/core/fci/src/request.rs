@@ -64,7 +64,7 @@ pub struct MoveRequest {
     pub is_async: bool,
 }
 
-/// Why bytes of a client are no request.
+/// Reason why bytes of a client are not a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Malformed {
     /// A size that no request has.

@@ -24,7 +24,7 @@ impl Arm {
     pub fn advance(&mut self, measured: &Measured) -> Setpoint {
         let answer = self.answer.take();
         if measured.is_held {
-            // Nobody broke a rule: the drives are held, or physics started again.
+            // No rule was broken: the drives are held, or physics was restarted.
             self.end_move(MoveStatus::Aborted);
             self.joints = measured.setpoint;
         }

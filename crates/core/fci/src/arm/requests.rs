@@ -106,7 +106,7 @@ impl Arm {
         match self.waiting.take() {
             Some(Waiting::Move(id, wanted)) => self.start(id, wanted),
             Some(Waiting::Recovery(id)) => {
-                // During a motion there is no error to recover from.
+                // A motion has no error yet.
                 if matches!(self.mode, Mode::Reflex) {
                     self.mode = Mode::Idle;
                     self.errors = Errors::default();
