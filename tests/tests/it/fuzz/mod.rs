@@ -67,4 +67,4 @@ macro_rules! short {
         }
     };
 }
-short! { cell tree machine matrix urdf xrdf tuning script command policy_answer message recording checkpoint }
+short! { cell tree machine matrix urdf xrdf tuning script command policy_answer message recording checkpoint fci_stream fci_datagram }

@@ -9,6 +9,7 @@ pub(crate) mod files;
 pub(crate) mod messages;
 pub(crate) mod mutate;
 pub(crate) mod recording;
+pub(crate) mod robot;
 
 /// One reader.
 #[derive(Clone, Copy)]
@@ -22,7 +23,7 @@ pub(crate) struct Target {
 }
 
 /// All of them.
-pub(crate) const TARGETS: [Target; 13] = [
+pub(crate) const TARGETS: [Target; 15] = [
     files::CELL,
     files::TREE,
     files::MACHINE,
@@ -36,6 +37,8 @@ pub(crate) const TARGETS: [Target; 13] = [
     messages::MESSAGE,
     recording::RECORDING,
     checkpoint::CHECKPOINT,
+    robot::FCI_STREAM,
+    robot::FCI_DATAGRAM,
 ];
 
 /// The target of that name.
