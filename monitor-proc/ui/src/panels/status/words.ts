@@ -97,7 +97,7 @@ function connection({ link, hello, heard_ms }: Facts, told: Told): Line | null {
 
 /** How the task was at the last moment that is known. */
 function stood({ word, detail }: Told): string {
-  return [`task ${word.toLowerCase()}`, ...detail].filter((part) => part !== "").join(" · ");
+  return [`the task was ${word.toLowerCase()}`, ...detail].filter((part) => part !== "").join(" · ");
 }
 
 /** A word and what the task did, for a moment that is not now. */
