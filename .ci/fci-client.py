@@ -4,8 +4,7 @@ import math
 import sys
 import time
 
-if sys.argv[1:] != ["hand"]:  # Both libraries have the types of libfranka.
-    import pylibfranka as franka
+import pylibfranka as franka
 
 HOST = "127.0.0.1"
 SECONDS = 10.0
@@ -124,34 +123,5 @@ def version():
     assert reply[12:] == bytes([1, 10, 0]), reply
 
 
-def hand():
-    """franky grips the cube of cells/cube.toml with seed 0, lifts it, and opens the hand."""
-    import franky
-
-    for _ in range(200):
-        try:
-            robot = franky.Robot(HOST, realtime_config=franky.RealtimeConfig.Ignore)
-            break
-        except franky.NetworkException:
-            time.sleep(0.1)
-    x, y, z = 0.523, -0.257, 0.025
-    robot.relative_dynamics_factor = 0.05
-    hand = franky.Gripper(HOST)
-    turn = robot.current_cartesian_state.pose.end_effector_pose.quaternion
-
-    def go(height):
-        robot.move(franky.CartesianMotion(franky.Affine([x, y, height], turn)))
-
-    go(z + 0.12)
-    hand.open(0.1)
-    go(z)
-    assert hand.grasp(0.06, 0.05, 30, epsilon_inner=0.02, epsilon_outer=0.02), hand.width
-    go(z + 0.1)
-    assert hand.is_grasped, hand.width
-    go(z)
-    hand.open(0.1)
-    assert not hand.is_grasped
-
-
 if __name__ == "__main__":
-    {"modes": modes, "step": step, "jump": jump, "version": version, "hand": hand}[sys.argv[1]]()
+    {"modes": modes, "step": step, "jump": jump, "version": version}[sys.argv[1]]()
