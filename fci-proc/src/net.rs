@@ -94,7 +94,7 @@ impl Net {
         })
     }
 
-    /// The next event. Events of a client that is no longer served are left out.
+    /// The next event. Events of a former client are left out.
     pub(crate) fn event(&mut self) -> Option<Event> {
         loop {
             let event = self.events.try_recv().ok()?;
@@ -120,7 +120,7 @@ impl Net {
 
     /// The next command of the client.
     pub(crate) fn command(&self) -> Option<RobotCommand> {
-        // One byte more: a longer datagram is no command.
+        // One byte more, to refuse a longer datagram.
         let mut bytes = [0; COMMAND_BYTES + 1];
         loop {
             let (size, from) = match self.arm.recv_from(&mut bytes) {

@@ -4,9 +4,9 @@
 //!   so a client has a millisecond, as at the robot.
 //! - In real time a cycle never waits for the client.
 //! - In lockstep it waits for the answer of a client that moves the arm. Without such a client
-//!   simulated time stands, and states are repeated every millisecond of the wall clock.
+//!   simulated time does not pass, and states are repeated every millisecond of the wall clock.
 //! - Ticks that this process missed are not sent later: the client answers only the newest
-//!   state, and the others would count as lost. The robot's time stands in them.
+//!   state, and the others would count as lost. They do not count as time of the robot.
 
 use std::net::{IpAddr, Ipv4Addr};
 

@@ -290,7 +290,7 @@ fn claim(served: &AtomicU64, connection: u64, peer: SocketAddr) -> bool {
     false
 }
 
-/// Bytes of a connection that are no whole request yet.
+/// Bytes of a connection before its next request is complete.
 struct Input<const N: usize> {
     bytes: [u8; N],
     used: usize,

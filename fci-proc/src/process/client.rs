@@ -1,4 +1,4 @@
-//! The client: what it sends, what is sent to it, and in lockstep the wait for it.
+//! The client: its requests and commands, the states for it, and in lockstep the wait for it.
 
 use cell_rt::Clock;
 use cell_worker::Wait;

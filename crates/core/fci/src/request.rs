@@ -105,7 +105,7 @@ pub struct Framed {
 ///
 /// # Errors
 ///
-/// Where the bytes are no request: the stream cannot be read any further.
+/// Where the bytes are not a request: the stream cannot be read any further.
 pub fn decode(bytes: &[u8]) -> Result<Option<Framed>, Malformed> {
     let mut header = Reader(bytes);
     let (Some(command), Some(id), Some(total)) = (header.u32(), header.u32(), header.u32()) else {

@@ -15,7 +15,7 @@ const PHASES: [&str; 3] = ["WAIT_FOR_CLIENT", "CONNECTED", "MOVING"];
 /// The policy.
 pub(crate) struct Client;
 
-/// What it remembers.
+/// Its state from decision to decision.
 #[derive(Default, Serialize, Deserialize)]
 pub(crate) struct Memory {
     /// Index of the present phase.

@@ -18,7 +18,7 @@ use crate::runs::wire;
 
 pub use super::secrets::PageSecrets;
 
-/// Name of the policy of a cell whose arms are all commanded by client programs, whatever its kind.
+/// Name of the policy of a cell whose arms are all commanded by client programs.
 pub const CLIENT_POLICY: &str = "client";
 pub use super::speed::Speed;
 

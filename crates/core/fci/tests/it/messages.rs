@@ -36,7 +36,7 @@ fn requests_have_the_sizes_of_libfranka() {
         let framed = decode(&bytes).unwrap().unwrap();
         assert_eq!((framed.command, framed.id), (command, 7));
         assert_eq!(framed.size, bytes.len());
-        // Until its last byte it is no request, and no error.
+        // Incomplete until its last byte, which is not an error.
         for end in 0..bytes.len() {
             assert_eq!(decode(&bytes[..end]), Ok(None), "command {command}, {end}");
         }
