@@ -138,7 +138,7 @@ function taskOf(facts: Facts): Told {
   // A task that does not notice a loss tries for ever.
   if (lost.length > 0 && task.outcome !== "done") return told("bad", "Object lost", [`${named(lost)}`, wait, ...held, taskPaused ? "task paused" : ""], ["reset"]);
   if (taskPaused) return told("warn", "Task paused", ["you lead the arm and the gripper", phase], ["resume"]);
-  const isAgain = facts.since.drops > 0 && facts.since.phase !== "" && held.length === 0;
+  const isAgain = facts.since.drops > 0 && held.length === 0;
   if (task.outcome === "done") return told(lost.length > 0 || isAgain ? "warn" : "ok", "Done", [...outside(lost), ...finished(facts, task)], ["again"]);
   if (startEvent && !task.started) return told("info", "Waiting", ["for the start event"], ["start"], false);
   if (task.wait !== "") return told("warn", "Waiting", [task.wait, phase], [], false);
@@ -166,12 +166,14 @@ function failed({ reason }: Status["task"], lost: string[]): string {
 /** What a task that is done does now, what it has done, and what went wrong. */
 function finished({ since, held }: Facts, { placed, drops }: Status["task"]): string[] {
   const before = drops - since.drops;
-  const again = held.length > 0 ? `${held.join(", ")} again` : `picks up again: ${words(since.phase)}`;
+  // The sentence of the task about its end may tell of a grip that was lost since.
+  const isLoose = since.drops > 0 && held.length === 0;
+  const again = isLoose ? `picking up again: ${words(since.phase)}` : `${held.join(", ")} again`;
   const now = since.drops > 0 ? again : `works on: ${[words(since.phase), ...held].join(", ")}`;
   return [
     since.phase === "" ? "" : now,
     since.drops > 0 ? `grip lost ${counted(since.drops, "time")} since` : "",
-    placed.length > 0 ? `${counted(placed.length, "object")} placed` : since.achieved,
+    placed.length > 0 ? `${counted(placed.length, "object")} placed` : isLoose ? "" : since.achieved,
     before > 0 ? `${counted(before, "drop")} before` : "",
   ];
 }
