@@ -73,7 +73,8 @@ export function mountLanes(context: PanelContext, changed: () => void): Lanes {
     draw(window, now_s) {
       if (root.hidden) return;
       sort();
-      const end = context.isStale ? " when it ended" : "";
+      const isOver = context.link === "ended" || context.link === "refused";
+      const end = isOver ? " when it ended" : "";
       const shown = lanes.filter((lane) => drawLane(lane, window, end) || isAlwaysShown(lane.name));
       const rows = shown.map(({ row }) => row);
       if (rows.length !== tracks.childElementCount || rows.some((row, index) => tracks.children[index] !== row)) tracks.replaceChildren(...rows);
