@@ -1,9 +1,19 @@
 // The statuses of a graph's nodes as they are shown.
+import { afterDone } from "../../../net/phases";
 import type { Store } from "../../../net/store";
 
-/** A letter a node; a machine or matrix stays in its last state, which is no normal one where the task failed. */
+/** A letter a node; a machine or matrix stays in its last state, which has succeeded or failed when the task has ended. */
 export function lettersOf(store: Store, at: number): string {
   const letters = store.letters[at] ?? "";
-  const isTree = store.graphs[at]?.kind === "tree";
-  return !isTree && store.status?.task.outcome === "failed" ? letters.replaceAll("R", "F") : letters;
+  if (store.graphs[at]?.kind === "tree") return letters;
+  const outcome = store.status?.task.outcome;
+  if (outcome === "failed") return letters.replaceAll("R", "F");
+  return outcome === "done" && afterDone(store).phase === "" ? letters.replaceAll("R", "S") : letters;
+}
+
+/** The transition that led to the current state; undefined where that state was not entered by one. */
+export function takenOf(store: Store, at: number): Store["edges"][number] {
+  const edge = store.edges[at];
+  const letter = edge === undefined ? "" : (store.letters[at]?.[edge.to] ?? "");
+  return letter === "" || letter === "I" ? undefined : edge;
 }

@@ -6,7 +6,7 @@ import { toggleBreak } from "../breaks/state";
 import { drawEdge, drawHead } from "./edge";
 import { type Layout, layout } from "./machine-layout";
 import { machineMode } from "./mode";
-import { lettersOf } from "./letters";
+import { lettersOf, takenOf } from "./letters";
 import { aboutNode, type GraphView, keyOf, type Place } from "./place";
 import { liveTable } from "./table";
 import { Viewport } from "./viewport";
@@ -67,7 +67,7 @@ class MachineDrawing {
     const { context, at, graph } = this.place;
     const letters = lettersOf(context.store, at);
     for (const [index, node] of this.nodes.entries()) node.dataset.status = letters[index] ?? "I";
-    const last = context.store.edges[at];
+    const last = takenOf(context.store, at);
     const { edges } = this.laid;
     const named = edges.findIndex((edge) => edge.from === last?.from && edge.to === last.to && edge.label === last.label);
     // All ways of a matrix from one state to another are one line.

@@ -3,7 +3,7 @@
 import type { Graph } from "../../../net/protocol";
 import type { Store } from "../../../net/store";
 import { el, reveal, revealAcross, setAttr } from "../../dom";
-import { lettersOf } from "./letters";
+import { lettersOf, takenOf } from "./letters";
 import { term } from "../../terms";
 
 export interface LiveTable {
@@ -77,7 +77,7 @@ function matrixTable(store: Store, at: number, graph: Graph): LiveTable {
   const root = el("table", { class: "live-table matrix" }, el("thead", {}, head), el("tbody", {}, ...rows));
   const show = () => {
     const letters = lettersOf(store, at);
-    const last = store.edges[at];
+    const last = takenOf(store, at);
     for (const [index, column] of columns.entries()) setAttr(column, "data-status", letters[index] ?? "I");
     for (const { node, from, event } of cells) {
       setAttr(node, "data-status", letters[from] ?? "I");
@@ -106,7 +106,7 @@ function rowsTable(store: Store, at: number, graph: Graph): LiveTable {
   );
   const show = () => {
     const letters = lettersOf(store, at);
-    const last = store.edges[at];
+    const last = takenOf(store, at);
     for (const { edge, node } of rows) {
       setAttr(node, "data-status", letters[edge.from] ?? "I");
       const same = last?.from === edge.from && last.to === edge.to && last.label === edge.label;
