@@ -54,8 +54,12 @@ export function eventLog(context: PanelContext): HTMLElement {
   });
   new ResizeObserver(follow).observe(list);
   list.addEventListener("keydown", (event) => moveFocus(list, event));
+  /** A recording tells nothing before its clock, which is the time of the picture. */
+  const replayed_s = () => (store.hello?.live === false ? (store.snapshot?.time ?? 0) : Infinity);
   const append = (lines: LogLine[]) => {
-    list.append(...lines.filter(fits).slice(-SHOWN).map((line) => row(context, line)));
+    const rows = lines.filter(fits).slice(-SHOWN).map((line) => row(context, line));
+    for (const node of rows) node.hidden = timeOf(node) > replayed_s();
+    list.append(...rows);
     while (list.childElementCount > SHOWN) list.firstElementChild?.remove();
     const left = store.log.length - store.log.filter(fits).length;
     setText(hidden, left === 0 ? "" : `${left} hidden`);
@@ -85,23 +89,28 @@ export function eventLog(context: PanelContext): HTMLElement {
   let shown = Infinity;
   let followed = true;
   context.pulse.add(list, () => {
-    const now = store.past === null ? Infinity : (store.snapshot?.time ?? Infinity);
+    const now = store.past === null ? replayed_s() : (store.snapshot?.time ?? Infinity);
     if (now === shown) return;
     if (shown === Infinity) followed = follows;
     shown = now;
     let last: Element | null = null;
     for (const node of list.children) {
-      const isLater = Number((node as HTMLElement).dataset.time) > now;
-      node.classList.toggle("later", isLater);
+      const isLater = timeOf(node as HTMLElement) > now;
+      if (store.hello?.live === false) (node as HTMLElement).hidden = isLater;
+      else node.classList.toggle("later", isLater);
       if (!isLater) last = node;
     }
     if (now === Infinity) follows = followed;
-    // The newest line of the moment that is shown is in view.
-    if (now !== Infinity && last !== null) list.scrollTop += last.getBoundingClientRect().bottom - list.getBoundingClientRect().bottom;
+    // The newest line of the moment that is shown is in view; later ones of a recording take no room.
+    if (now !== Infinity && now !== replayed_s() && last !== null) list.scrollTop += last.getBoundingClientRect().bottom - list.getBoundingClientRect().bottom;
     else follow();
   });
   rebuild();
   return el("div", { class: "events" }, el("div", { class: "row event-bar" }, filter, ...chips, hidden), empty, list);
+}
+
+function timeOf({ dataset }: HTMLElement): number {
+  return Number(dataset.time);
 }
 
 /** One tab stop for all lines: the arrows go from one to the next. */
