@@ -11,7 +11,7 @@ const RT = {
   lockstep: ["lockstep", "info", "Lockstep: every cycle waits for the one before; no clock is involved"],
 } as const;
 
-const TONES = { live: "ok", replay: "info", past: "info", connecting: "info", "no answer": "warn", ended: null, refused: "bad" } as const;
+const TONES = { live: "ok", paused: "warn", replay: "info", past: "info", connecting: "info", "no answer": "warn", ended: null, refused: "bad" } as const;
 
 export function badges(context: PanelContext): HTMLElement {
   const { store } = context;
@@ -25,13 +25,14 @@ export function badges(context: PanelContext): HTMLElement {
     if (kind === undefined) return;
     const [name, tone, about] = RT[kind];
     setText(rt, name);
-    setAttr(rt, "data-tone", tone);
+    // Nothing is scheduled in a cell that is paused or has ended.
+    setAttr(rt, "data-tone", tone === "ok" && (context.paused || context.isStale) ? null : tone);
     setTitle(rt, about);
   };
   const showLink = () => {
     const replay = store.hello?.live === false;
     const past = context.flag(FLAG.notLive) && !replay;
-    const name = context.link !== "connected" ? context.link : replay ? "replay" : past ? "past" : "live";
+    const name = context.link !== "connected" ? context.link : replay ? "replay" : past ? "past" : context.paused ? "paused" : "live";
     setText(link, name);
     setAttr(link, "data-tone", TONES[name]);
     const about = {
@@ -42,6 +43,7 @@ export function badges(context: PanelContext): HTMLElement {
       replay: `A recording: ${store.hello?.source ?? ""}`,
       past: "You look at the flight recorder; Live returns to the present",
       live: "Connected: the page shows the present",
+      paused: "Connected: the page shows the present, and simulated time is paused",
     }[name];
     setTitle(link, about);
     document.body.classList.toggle("offline", !store.connected);

@@ -30,7 +30,8 @@ export function roleBadge(context: PanelContext): HTMLElement {
     // A recording cannot be commanded; a viewer may still get the right to play it.
     badge.hidden = context.store.hello?.live === false && role !== "viewer";
     setText(badge, role ?? "–");
-    setAttr(badge, "data-tone", role === undefined ? null : role === "operator" ? "ok" : "warn");
+    // Nobody commands a cell that has ended.
+    setAttr(badge, "data-tone", role === undefined || context.isStale ? null : role === "operator" ? "ok" : "warn");
     setTitle(
       badge,
       role === "operator"
@@ -39,6 +40,7 @@ export function roleBadge(context: PanelContext): HTMLElement {
     );
   };
   context.store.on("hello", show);
+  context.store.on("connection", show);
   show();
   return el("span", { class: "with-popover" }, badge, sheet);
 }
