@@ -201,6 +201,7 @@ function liveButton(context: PanelContext, toNow: () => void): HTMLElement {
   context.pulse.add(node, () => {
     if (context.link !== "connected" && name !== null) {
       setText(name, sentence(context.link));
+      setIcon(node, context.link === "ended" || context.link === "refused" ? "play" : "dot");
       setAttr(node, "data-tone", null);
       return;
     }

@@ -41,7 +41,8 @@ export function mountTop(context: PanelContext, host: HTMLElement, act: Actions,
   );
   context.pulse.add(null, () => {
     const { snapshot } = context;
-    setIcon(play, context.paused || !snapshot ? "play" : "pause");
+    // Nothing is to be paused where nothing runs.
+    setIcon(play, context.paused || context.isStale || !snapshot ? "play" : "pause");
     play.classList.toggle("primary", context.paused);
     if (!snapshot) return;
     setText(clock, `${snapshot.time.toFixed(2)} s`);
