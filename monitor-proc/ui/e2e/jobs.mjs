@@ -69,6 +69,7 @@ export async function load({ page, look, until, press, robocell }) {
   await page.locator('.marks i[data-mark="break"]').first().waitFor({ state: "attached" });
   await until("the break is marked", `(r) => ${chart}.breaks() > 0`);
   await until("the load rose", `(r) => Math.max(...${chart}.data()[1]) > 30`);
+  await pickedUpAgain(page);
   await press("robocell pause");
   await until("it is paused", flag(PAUSED));
   const at = await look((r) => r.store.log.find(({ mark }) => mark === "break").time_s - 2);
@@ -77,4 +78,12 @@ export async function load({ page, look, until, press, robocell }) {
   await until("its load is read", `(r) => ${chart}.data()[0].length > 20 && Math.max(...${chart}.data()[1]) > 30`);
   const [from, to] = await look(`() => [${chart}.data()[0][0], ${chart}.data()[0].at(-1)]`);
   if (at < from || at > to) throw new Error(`the chart shows ${from} to ${to} s, not ${at} s`);
+}
+
+/** A job that was done and lost its grip since does not say that it holds the object. */
+async function pickedUpAgain(page) {
+  const detail = page.locator("#status .detail");
+  await detail.filter({ hasText: /^picking up again: [A-Z]+ · grip lost \d+ times? since/ }).waitFor();
+  const text = await detail.innerText();
+  if (text.startsWith("picking up again") && text.includes("held again")) throw new Error(`the bar says ${text}`);
 }

@@ -48,6 +48,11 @@ async function endedLooksEnded(page, look, same) {
   });
   same("what was live", left, { factor: ["ended"], rates: ["ended"], decision: [], live: ["Ended"] });
   same("what pulses", await look(() => document.getAnimations().filter(({ playState }) => playState === "running").length), 0);
+  same("icons of what would pause", await page.locator('[data-icon="pause"]').count(), 0);
+  same("green badges", await page.locator('.badge[data-tone="ok"]:visible').count(), 0);
+  await page.setViewportSize({ width: 1024, height: 768 });
+  const tops = await look(() => ["#top .drawer-buttons", "#top [aria-label=Help]"].map((at) => document.querySelector(at).getBoundingClientRect().bottom));
+  if (Math.abs(tops[0] - tops[1]) > 8) throw new Error(`the bar on top has two lines at 1024 px: ${tops}`);
 }
 
 /** A recorded run in which the task and physics were killed: its incidents, lanes and faults are shown from the start. */
@@ -92,14 +97,16 @@ async function shortLoss({ page, look }) {
     await page.locator(at, { hasText: text }).first().waitFor({ timeout: 4000 });
   }
   await page.locator("body.stale").waitFor();
+  await page.locator('.lane[data-lane="outcome"] i', { hasText: /^object lost$/ }).waitFor();
   await lose(true);
   await page.locator("body:not(.stale)").waitFor();
 }
 
 /** What is wrong while a task runs that does not know of it, and that there is nothing to list yet. */
-export async function told({ page, robocell, look }) {
+export async function told({ page, robocell, look, until, same }) {
   const bar = page.locator("#status");
   await page.locator(".no-event", { hasText: /^No event yet\.$/ }).waitFor();
+  await page.locator(".lanes-button").click();
   robocell("resume");
   await bar.locator(".state", { hasText: /^Running$/ }).waitFor();
   robocell("drag", "cube", "--to", "1.5", "0", "0.6");
@@ -114,8 +121,11 @@ export async function told({ page, robocell, look }) {
     await page.locator(".event", { hasText: text }).waitFor();
     await page.locator(`.marks [data-mark="${mark}"]`).first().waitFor({ state: "attached" });
   }
+  await lasts({ page, until });
   robocell("pause");
   await bar.locator(".state", { hasText: /^Paused · object lost$/ }).waitFor();
+  await page.locator(".badges .badge", { hasText: /^paused$/ }).waitFor();
+  same("green badges of a paused cell", await page.locator('.badges .badge[data-tone="ok"]:not(.role):visible').count(), 0);
   await page.locator(".event", { hasText: /operator: pause$/ }).waitFor();
   await page.locator("#bottom .live", { hasText: /^Paused$/ }).waitFor();
   await page.locator(".process .num", { hasText: /^paused$/ }).first().waitFor();
@@ -124,4 +134,32 @@ export async function told({ page, robocell, look }) {
   await page.reload();
   await page.locator(".event", { hasText: /object lost: cube/ }).first().waitFor();
   await page.locator('.marks [data-mark="drop"]').first().waitFor({ state: "attached" });
+  robocell("reset");
+  robocell("resume");
+  await done({ page, look, same });
+}
+
+/** A state that lasts has one word everywhere, and its mark also where the window begins later. */
+async function lasts({ page, until }) {
+  await page.locator(".summary .badge", { hasText: /^object lost$/ }).waitFor();
+  await page.locator('.lane[data-lane="outcome"] i[data-tone="bad"]', { hasText: /^object lost$/ }).waitFor();
+  await page.waitForFunction(() => document.title.startsWith("Object lost: "));
+  await until("some seconds have passed since", (r) => r.store.snapshot.time > r.store.marked.find(({ mark }) => mark === "drop").time_s + 3);
+  const box = await page.locator(".time-track .bar").boundingBox();
+  await page.mouse.move(box.x + box.width - 1, box.y + box.height / 2);
+  await page.mouse.wheel(0, -1500);
+  await page.locator('.marks i.before[data-mark="drop"]').waitFor({ state: "attached" });
+  await page.getByRole("button", { name: "All", exact: true }).click();
+}
+
+/** The end of a task that says nothing of it: mark, event, phase, graph and table. */
+async function done({ page, look, same }) {
+  await page.locator("#status .state", { hasText: /^Done$/ }).waitFor();
+  await page.locator('.marks [data-mark="done"]').waitFor({ state: "attached" });
+  await page.locator('.event[data-mark="done"]').waitFor();
+  await page.locator('.lane[data-lane="phase"] i', { hasText: /^done$/ }).waitFor();
+  await page.locator(".state-span", { hasText: /^done$/ }).waitFor({ state: "attached" });
+  await page.locator('.machine .state[data-status="S"]').waitFor();
+  const ways = await look(() => [document.querySelector(".live-table tr.last td:nth-child(2)"), document.querySelector('.machine .state[data-status="S"] text')].map((node) => node.textContent));
+  same("where the last transition leads", ways[0], `→ ${ways[1]}`);
 }

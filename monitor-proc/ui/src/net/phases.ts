@@ -2,15 +2,11 @@
 // panel and lanes then say the same.
 import type { Span } from "./protocol";
 import { FLAG } from "./snapshot";
+import { RESTS, SAME_S } from "./spans";
 import type { Store } from "./store";
 
-/** Phases in which an arm waits, and works no more. */
-const RESTS = /(^|_)(done|rest|home|idle|standby|ready)$/i;
-/** What begins so soon after the end of a task is part of the same decision (s). */
-const SAME_S = 0.05;
-
 function current(store: Store, kind: Span["kind"], until_s: number): Span[] {
-  return store.lanes.filter((span) => span.kind === kind && span.from_s <= until_s && store.isCurrent({ epoch: span.epoch, time_s: span.from_s }));
+  return store.spans.filter((span) => span.kind === kind && span.from_s <= until_s);
 }
 
 /** Time up to which the lanes tell of the moment that is shown (s): now is told sooner by lanes than by snapshots. */
@@ -51,6 +47,7 @@ export function afterDone(store: Store): AfterDone {
   const since = current(store, "phase", until_s).filter(({ from_s, label }) => from_s > done_s + SAME_S && label !== "");
   const phase = since.length > 0 && !RESTS.test(since.at(-1)?.label ?? "") ? phaseOf(store) : "";
   const drops = marks.filter(({ mark, text, time_s }) => !text.startsWith("object lost") && (mark === "break" || mark === "drop") && time_s > done_s).length;
-  const achieved = marks.filter(({ mark }) => mark === "done").at(-1)?.text.replace(/^\[\w+\] /, "") ?? "";
+  // The page's own line of it says no more than that it is done.
+  const achieved = marks.filter((line) => line.mark === "done" && !store.own.includes(line)).at(-1)?.text.replace(/^\[\w+\] /, "") ?? "";
   return { achieved, phase, drops };
 }

@@ -16,6 +16,8 @@ import { Ages } from "./ages";
 import { isCurrent, markedAt } from "./epochs";
 import { lostOf } from "./lost";
 import { decode, type Snapshot } from "./snapshot";
+import { ShownSpans } from "./spans";
+import { inOrder, type Wrong, type WrongFrom } from "./wrong";
 
 const KEPT_LINES = 2000;
 /** Messages with the statuses of the task's pictures. */
@@ -86,8 +88,11 @@ export class Store {
   /** Of a recording: all lines of its log that are marked on the timeline. */
   private marks: LogLine[] = [];
   timeline: Timeline | null = null;
-  /** What lasted from when to when, oldest first in each lane. */
+  /** What lasted from when to when, oldest first in each lane, as it was told. */
   lanes: Span[] = [];
+  /** What was wrong from when on, as the states show it, oldest first. */
+  wrong: WrongFrom[] = [];
+  private readonly shown = new ShownSpans();
   /** The moment of the past that is shown in the place of what is now. */
   past: Past | null = null;
   /** The run of that moment has ended and another one began; `hasTask`: the state of the task is of the moment shown. */
@@ -124,6 +129,24 @@ export class Store {
   /** Names of the objects that fell out of the cell, at the moment that is shown. */
   get lost(): string[] {
     return lostOf(this.scene, this.snapshot);
+  }
+
+  /** The lanes of the history that led to now, as they are shown. */
+  get spans(): Span[] {
+    return this.shown.of(this.lanes, this.wrong, this.timeline, (line) => this.isCurrent(line));
+  }
+
+  /** What was wrong at `time_s`. */
+  wrongAt(time_s: number): Wrong {
+    return this.wrong.filter(({ from_s }) => from_s <= time_s).at(-1)?.label ?? "";
+  }
+
+  /** Adds states that begin; what was known from `discarded_s` on is not of this history. */
+  addWrong(found: WrongFrom[], discarded_s = Infinity): void {
+    const kept = this.wrong.filter(({ from_s }) => from_s < discarded_s);
+    if (found.length === 0 && kept.length === this.wrong.length) return;
+    this.wrong = inOrder([...kept, ...found]);
+    this.emit("lanes", this.lanes);
   }
 
   /** Whether `line` is part of the history that led to now. */
@@ -169,6 +192,7 @@ export class Store {
           this.marks = [];
           this.timeline = null;
           this.lanes = [];
+          this.wrong = [];
         }
         this.past = null;
         this.hello = message;
@@ -219,7 +243,7 @@ export class Store {
         this.emit("lanes", this.lanes);
         break;
       case "marks":
-        this.marks = message.lines;
+        this.marks = message.lines.map(withHand);
         this.emit("lanes", this.lanes);
         break;
       case "timeline":
@@ -284,7 +308,8 @@ export class Store {
   /** Adds lines of what the page saw itself; a recording shows them when they are played. */
   addOwn(lines: LogLine[]): void {
     this.own.push(...lines);
-    if (this.hello?.live !== false) this.showOwn((line) => lines.includes(line));
+    const until_s = this.hello?.live === false ? (this.snapshot?.time ?? 0) : Infinity;
+    this.showOwn((line) => lines.includes(line) && line.time_s <= until_s);
   }
 
   /** Shows the own lines that `fits` chooses. */

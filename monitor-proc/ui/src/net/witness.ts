@@ -5,6 +5,7 @@ import { snapshotsOf } from "./past";
 import type { LogLine, Scene } from "./protocol";
 import { FLAG, isUnreachable, OBJECT, type Snapshot } from "./snapshot";
 import type { Store } from "./store";
+import { lostText, NOT_REACHED, OBJECT_LOST, type Wrong, type WrongFrom } from "./wrong";
 
 /** An object that was let go for less is still pulled (simulated s). */
 const PULLED_S = 1;
@@ -17,8 +18,18 @@ const LEAST_READ_S = 1;
 const TOLD_MS = 700;
 /** A replay that leaps farther was not played (s). */
 const LEAP_S = 1;
+/** The task tells of its end within this time of it (s). */
+const END_S = 0.5;
+/** Marks of the ends of a task. */
+const ENDS: Record<string, string | undefined> = { done: "done", failed: "fault" };
 
 type Found = Pick<LogLine, "time_s" | "text" | "mark">;
+
+interface Seen {
+  lines: Found[];
+  /** States that begin. */
+  wrong: WrongFrom[];
+}
 
 /** Follows states one after the other. */
 class States {
@@ -26,25 +37,33 @@ class States {
   /** By object: when it was pulled last (s). */
   private readonly pulled = new Map<string, number>();
   /** By arm: since when it rests away from its target (s), and whether that was told. */
-  private readonly away = new Map<number, { since_s: number; told: boolean }>();
+  private away = new Map<number, { since_s: number; told: boolean }>();
+  private wrong: Wrong = "";
   private time_s = -Infinity;
 
   constructor(private readonly scene: Scene) {}
 
   /** What happened since the state before. */
-  next(snapshot: Snapshot): Found[] {
+  next(snapshot: Snapshot): Seen {
     const isFirst = this.time_s === -Infinity;
     const time_s = snapshot.time;
     // Physics was restarted, or the scene reset.
-    if (time_s < this.time_s) this.away.clear();
+    if (time_s < this.time_s) [this.away, this.wrong] = [new Map(), ""];
     this.time_s = time_s;
     const lost = lostOf(this.scene, snapshot);
-    const found: Found[] = [];
-    for (const name of isFirst ? [] : lost) {
-      if (!this.lost.has(name)) found.push({ time_s, text: `object lost: ${name} fell out of the cell`, mark: "drop" });
-    }
+    const fell = isFirst ? [] : lost.filter((name) => !this.lost.has(name));
     this.lost = new Set(lost);
-    return [...found, ...this.pulls(snapshot), ...this.misses(snapshot)];
+    const lines = fell.map((name): Found => ({ time_s, text: lostText(name), mark: "drop" }));
+    lines.push(...this.pulls(snapshot), ...this.misses(snapshot));
+    return { lines, wrong: this.begun(time_s, isFirst) };
+  }
+
+  private begun(time_s: number, isFirst: boolean): WrongFrom[] {
+    const missed = [...this.away.values()].filter(({ told }) => told).map(({ since_s }) => since_s);
+    const label = this.lost.size > 0 ? OBJECT_LOST : missed.length > 0 ? NOT_REACHED : "";
+    if (label === this.wrong && !isFirst) return [];
+    this.wrong = label;
+    return [{ from_s: label === NOT_REACHED ? Math.min(...missed) : time_s, label }];
   }
 
   private pulls({ objects, time: time_s }: Snapshot): Found[] {
@@ -84,6 +103,8 @@ export class Witness {
   private isRead = false;
   private last_s = -Infinity;
   private wasPaused: boolean | null = null;
+  /** Ends of the task that were seen. */
+  private ends = new Set<string>();
 
   constructor(private readonly store: Store) {
     store.on("hello", ({ run }) => {
@@ -97,6 +118,7 @@ export class Witness {
     store.on("snapshot", (snapshot) => this.see(snapshot));
     store.on("status", () => this.follow());
     store.on("timeline", () => void this.read());
+    store.on("lanes", () => this.end());
   }
 
   private forget(): void {
@@ -104,6 +126,7 @@ export class Witness {
     this.isRead = false;
     this.last_s = -Infinity;
     this.wasPaused = null;
+    this.ends = new Set();
   }
 
   private see(snapshot: Snapshot): void {
@@ -113,7 +136,26 @@ export class Witness {
     if (!hello.live) return this.replay(snapshot.time);
     if ((snapshot.flags & FLAG.notLive) !== 0) return;
     this.states ??= new States(scene);
-    this.tell(this.states.next(snapshot));
+    const isBack = snapshot.time < this.last_s;
+    this.last_s = snapshot.time;
+    const { lines, wrong } = this.states.next(snapshot);
+    store.addWrong(wrong, isBack ? snapshot.time : Infinity);
+    this.tell(lines);
+  }
+
+  /** An end of which the task says nothing in words. */
+  private end(): void {
+    const { store, run } = this;
+    for (const { kind, label, epoch, from_s } of store.spans) {
+      const mark = kind === "task" ? ENDS[label] : undefined;
+      const key = `${epoch} ${from_s}`;
+      if (mark === undefined || this.ends.has(key)) continue;
+      this.ends.add(key);
+      setTimeout(() => {
+        const isTold = store.marked.some((line) => line.mark === mark && Math.abs(line.time_s - from_s) < END_S);
+        if (!isTold && this.run === run) store.addOwn([{ time_s: from_s, text: `[task] ${label}`, mark, kind: "lifecycle", epoch }]);
+      }, TOLD_MS);
+    }
   }
 
   /** The lines of a recording come when they are played. */
@@ -163,16 +205,18 @@ export class Witness {
     const snapshots = to_s - span.from_s < LEAST_READ_S ? [] : await snapshotsOf(span, READ_SAMPLES);
     if (this.run !== run) return;
     const states = new States(scene);
-    const found = snapshots.flatMap((one) => states.next(one)).filter(({ time_s }) => !this.isTold(time_s));
-    const isKnown = (name: string) => [...found, ...store.own].some(({ text }) => text.startsWith(`object lost: ${name} `));
+    const seen = snapshots.map((one) => states.next(one));
+    store.addWrong(seen.flatMap(({ wrong }) => wrong));
+    const found = seen.flatMap(({ lines }) => lines).filter((line) => !this.isTold(line));
+    const isKnown = (name: string) => [...found, ...store.own].some(({ text }) => text.startsWith(lostText(name)));
     const earlier = isReplay ? [] : lostOf(scene, snapshot).filter((name) => !isKnown(name));
-    found.push(...earlier.map((name) => ({ time_s: to_s, text: `object lost: ${name} fell out of the cell before this was recorded`, mark: null })));
+    found.push(...earlier.map((name) => ({ time_s: span.from_s, text: `${lostText(name)} before this was recorded`, mark: "drop" })));
     const epoch = store.timeline?.epochs.at(-1)?.epoch ?? null;
     store.addOwn(found.map((line) => ({ ...line, kind: "lifecycle", epoch })));
   }
 
-  /** Whether the page saw that moment itself. */
-  private isTold(time_s: number): boolean {
-    return this.store.own.some((line) => Math.abs(line.time_s - time_s) < PULLED_S && line.mark !== null);
+  /** Whether the page saw it itself. */
+  private isTold({ text, time_s }: Found): boolean {
+    return this.store.own.some((line) => line.text === text && Math.abs(line.time_s - time_s) < PULLED_S);
   }
 }

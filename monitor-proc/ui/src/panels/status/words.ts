@@ -50,7 +50,7 @@ export interface Line {
 }
 
 /** How the task is. */
-interface Told {
+export interface Told {
   tone: Tone;
   word: string;
   /** Whether the word says more than that the task works: it is kept beside `Paused` and the like. */
@@ -128,7 +128,8 @@ function clock({ paused, pauseCause }: Facts, told: Told): Line | null {
   return line(told.tone === "bad" ? "bad" : "warn", state, [...detail, pauseCause === "by an operator" ? "paused by an operator" : pauseCause], ["play", ...told.actions.filter((action) => action !== "start")]);
 }
 
-function taskOf(facts: Facts): Told {
+/** How the task is at the moment shown: one word for bar, badge and title. */
+export function taskOf(facts: Facts): Told {
   const { task, taskPaused, startEvent, held, unreached, lost } = facts;
   const told = (tone: Tone, word: string, detail: string[], actions: Action[] = [], isSpecial = true): Told => ({ tone, word, isSpecial, detail, actions });
   if (task === null) return told("info", "Starting", ["no decision of the task yet"], [], false);

@@ -6,15 +6,9 @@ import type { Store } from "../../net/store";
 import type { PanelContext } from "../context";
 import { el, setAttr, setText } from "../dom";
 import { words } from "../format";
+import { factsOf } from "../status/facts";
+import { taskOf } from "../status/words";
 import { term } from "../terms";
-
-const TONE: Record<Status["task"]["outcome"], string> = {
-  idle: "info",
-  running: "ok",
-  done: "ok",
-  failed: "bad",
-  paused: "warn",
-};
 
 const COUNTERS = ["drops", "resyncs", "aborts", "recoveries", "limit_violations", "obstacle_contacts", "self_contacts"] as const;
 
@@ -43,13 +37,13 @@ function insteadOfNow(context: PanelContext): string {
 }
 
 /** Text and tone of the outcome, the same rule in every demo: `done`, `paused: running`, `ended: failed`. */
-function outcomeOf(context: PanelContext, outcome: Status["task"]["outcome"]): [string, string | null] {
+function outcomeOf(context: PanelContext): [string, string | null] {
   const instead = insteadOfNow(context);
-  // It runs, but not well.
-  const isWrong = outcome === "failed" || (outcome === "running" && context.store.lost.length > 0);
-  if (instead === "") return [outcome, isWrong ? "bad" : TONE[outcome]];
-  const tone = isWrong && !context.isStale ? "bad" : context.isStale ? null : instead === "paused" ? "warn" : "info";
-  return [`${instead}: ${outcome === "paused" ? "task paused" : outcome}`, tone];
+  const { word, tone } = taskOf(factsOf(context));
+  const text = word.toLowerCase();
+  if (instead === "") return [text, tone];
+  const other = context.isStale ? null : instead === "paused" ? "warn" : "info";
+  return [`${instead}: ${text}`, tone === "bad" && !context.isStale ? "bad" : other];
 }
 
 /** What the task is at: its phase, or how it ended where it works no more. */
@@ -82,7 +76,7 @@ export function taskSummary(context: PanelContext): HTMLElement {
     const { store } = context;
     const task = store.status?.task;
     if (task === undefined) return;
-    const [text, tone] = outcomeOf(context, task.outcome);
+    const [text, tone] = outcomeOf(context);
     const title = titleOf(store, task);
     setText(outcome, text);
     setAttr(outcome, "data-tone", tone);

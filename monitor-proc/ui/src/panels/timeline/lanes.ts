@@ -54,12 +54,11 @@ export function mountLanes(context: PanelContext, changed: () => void): Lanes {
     changed();
   });
   let lanes: Lane[] = [];
-  let known: unknown[] = [];
+  let known: Span[] | null = null;
   const sort = () => {
-    const now = [store.lanes, store.timeline];
-    if (now.every((one, index) => one === known[index])) return;
-    known = now;
-    lanes = sorted(context, lanes);
+    if (store.spans === known) return;
+    known = store.spans;
+    lanes = sorted(store.spans, lanes);
   };
   store.on("lanes", show);
   store.on("hello", show);
@@ -84,13 +83,13 @@ export function mountLanes(context: PanelContext, changed: () => void): Lanes {
   };
 }
 
-/** The lanes of the history that led to now, in the order in which they were told first; what was drawn is kept. */
-function sorted({ store }: PanelContext, before: Lane[]): Lane[] {
+/** The lanes of `all`, in the order in which they were told first; what was drawn is kept. */
+function sorted(all: Span[], before: Lane[]): Lane[] {
   const order = ["task", "phase", "grip", "process", "recording"];
-  const kinds = new Map(store.lanes.map((span) => [span.lane, span.kind]));
+  const kinds = new Map(all.map((span) => [span.lane, span.kind]));
   const names = [...kinds.keys()].sort((one, other) => order.indexOf(kinds.get(one) ?? "") - order.indexOf(kinds.get(other) ?? ""));
   return names.map((name) => {
-    const spans = store.lanes.filter((span) => span.lane === name && store.isCurrent({ epoch: span.epoch, time_s: span.from_s }));
+    const spans = all.filter((span) => span.lane === name);
     const old = before.find((lane) => lane.name === name);
     const row = old?.row ?? el("div", { class: "lane", "data-lane": name }, el("span", { class: "lane-name" }, name));
     const kept = new Set(spans);

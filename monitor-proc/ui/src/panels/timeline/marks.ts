@@ -1,5 +1,6 @@
 // Marks on the bar for what happened; one of incidents opens them.
 import type { LogLine } from "../../net/protocol";
+import { lasting } from "../../net/wrong";
 import type { PanelContext } from "../context";
 import { el } from "../dom";
 import { openIncident } from "../incident/index";
@@ -11,6 +12,8 @@ const APART_PX = 24;
 interface Seen {
   line: LogLine;
   at_s: number;
+  /** It is earlier, and lasts. */
+  isBefore?: boolean;
 }
 
 interface Mark {
@@ -34,7 +37,10 @@ export function drawnMarks(context: PanelContext, host: HTMLElement, span: () =>
     const isFailure = (line: LogLine) => line.incident !== undefined || line.mark === "restart";
     const at = (line: LogLine) => (isFailure(line) ? store.markedAt(line) : line.time_s);
     const fits = (line: LogLine) => at(line) >= first && at(line) <= last && (isFailure(line) || store.isCurrent(line));
-    const seen = store.marked.filter((line) => line.mark !== null && fits(line)).map((line) => ({ line, at_s: at(line) }));
+    const seen: Seen[] = store.marked.filter((line) => line.mark !== null && fits(line)).map((line) => ({ line, at_s: at(line) }));
+    // What lasts is marked where the window begins.
+    const before = lasting(store).filter((line) => line.incident === undefined && at(line) < first);
+    seen.push(...before.map((line) => ({ line, at_s: first, isBefore: true })));
     const hasIncident = seen.some(({ line }) => line.incident !== undefined);
     const apart_s = hasIncident ? (APART_PX / width) * (last - first) : 0;
     const marks = [...seen.filter(({ line }) => line.incident === undefined).map(plain), ...incidents(context, seen, apart_s)];
@@ -59,12 +65,12 @@ function replace(host: HTMLElement, before: Map<string, HTMLElement>, after: Map
   }
 }
 
-function plain({ line, at_s }: Seen): Mark {
-  const title = told(line);
+function plain({ line, at_s, isBefore = false }: Seen): Mark {
+  const title = isBefore ? `${told(line)}\nbefore the time shown here; it lasts` : told(line);
   return {
     key: `${line.mark} ${title}`,
     time_s: at_s,
-    make: () => el("i", { "data-mark": line.mark ?? "", title }),
+    make: () => el("i", { "data-mark": line.mark ?? "", class: isBefore ? "before" : "", title }),
   };
 }
 

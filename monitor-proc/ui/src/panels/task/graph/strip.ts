@@ -20,8 +20,7 @@ interface Drawn {
 
 /** Spans of the lane with their ends; that of the last is not known yet. */
 function ended(store: Store, lane: string): { span: Span; to_s: number }[] {
-  const time = ({ epoch, from_s }: Span) => ({ epoch, time_s: from_s });
-  const spans = store.lanes.filter((span) => span.lane === lane && span.kind === "phase" && store.isCurrent(time(span)));
+  const spans = store.spans.filter((span) => span.lane === lane && span.kind === "phase");
   return spans.map((span, index) => ({ span, to_s: spans[index + 1]?.from_s ?? Infinity }));
 }
 
@@ -37,7 +36,7 @@ export function stateStrip(context: PanelContext): Strip {
   let drawn: Drawn[] = [];
   let known: Span[] | null = null;
   const build = (now: number) => {
-    known = store.lanes;
+    known = store.spans;
     const lanes = [...new Set(known.filter(({ kind }) => kind === "phase").map(({ lane }) => lane))];
     root.hidden = lanes.length === 0;
     drawn = [];
@@ -59,7 +58,7 @@ export function stateStrip(context: PanelContext): Strip {
   let shown = -1;
   const show = () => {
     const now = store.snapshot?.time ?? 0;
-    const isNew = known !== store.lanes;
+    const isNew = known !== store.spans;
     if (!isNew && Math.abs(now - shown) < STEP_S) return;
     // Older spans are drawn only when the past is looked at.
     if (isNew || Math.abs(now - shown) > SHOWN_S) build(now);
