@@ -209,6 +209,17 @@ export async function reach({ page, look, until, near, same, robocell }) {
   await bar.locator(".state", { hasText: /^Not reached$/ }).waitFor();
   await bar.locator(".detail", { hasText: /^\d+ mm away: unreachable · FOLLOW$/ }).waitFor();
   await page.locator('.marks [data-mark="hand_failed"][title*="target not reached"]').waitFor({ state: "attached" });
+  // Target and label are in the picture of a small window.
+  await page.setViewportSize({ width: 1024, height: 768 });
+  await until("the label of the target is in the picture", (r) => {
+    const view = document.getElementById("view").getBoundingClientRect();
+    const label = [...document.querySelectorAll("#view .label.number")].find((node) => /mm away/.test(node.textContent) && node.checkVisibility());
+    const box = label?.getBoundingClientRect();
+    const [x, y] = r.view.screenOf("gizmo") ?? [-1, -1];
+    const isInside = (left, top, right, bottom) => left >= view.left && right <= view.right && top >= view.top && bottom <= view.bottom;
+    return box !== undefined && isInside(box.left, box.top, box.right, box.bottom) && isInside(x, y, x, y);
+  });
+  await page.setViewportSize({ width: 1280, height: 720 });
   const away = Number.parseFloat(await shown("Distance to the target"));
   if (!(away > 100)) throw new Error(`out of reach and ${away} mm away`);
   await button("In front").click();

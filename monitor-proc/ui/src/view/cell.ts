@@ -1,6 +1,7 @@
 // What stands in the cell: robots, objects and furniture of one scene.
 import { Box3, Group, type Object3D, Vector3 } from "three";
 import type { Scene, Shape, Vec3 } from "../net/protocol";
+import { exampleTargets } from "../net/reach";
 import { OBJECT, type Snapshot } from "../net/snapshot";
 import { body, place } from "./body";
 import { Crowd } from "./crowd";
@@ -129,6 +130,7 @@ export class Cell {
       // Behind its back an arm that has work in front of it does nothing.
       const isUsed = (side: Vector3) => work === null || side.dot(work.clone().sub(root.position).setZ(0).normalize()) > BACK;
       for (const side of sides.filter(isUsed)) points.push(root.position.clone().addScaledVector(side, reach));
+      if (this.scene.task["kind"] === "reach") points.push(...led(robot, reach));
     }
     for (const { group } of this.bodies) {
       if (group.visible) points.push(...cornersOf(new Box3().setFromObject(group)));
@@ -156,6 +158,12 @@ export class Cell {
         .map(({ name, group }) => [name, group.getWorldPosition(new Vector3()).toArray() as Vec3]),
     );
   }
+}
+
+/** How far an arm goes that a person leads, and targets that it does not reach (m). */
+function led({ root, spec }: Robot, reach: number): Vector3[] {
+  const targets = exampleTargets(spec).map(([, at]) => new Vector3(...at));
+  return [...targets, root.position.clone().setZ(root.position.z + reach)];
 }
 
 /** Directions of more than a right angle and a half from the work are behind an arm (cosine). */

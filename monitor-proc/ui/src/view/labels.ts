@@ -10,10 +10,14 @@ interface Label {
   half: number | null;
   /** At the right of its point, which it would cover. */
   beside: boolean;
+  /** It stays at the border where its point is outside of the picture. */
+  kept: boolean;
 }
 
 /** From a point to a text beside it (pixels). */
 const BESIDE_PX = 28;
+/** A text above its point has room there (pixels). */
+const HIGHEST_PX = 30;
 
 export class Labels {
   private readonly layer = document.createElement("div");
@@ -35,7 +39,7 @@ export class Labels {
   show(key: string, text: string, at: Vector3, kind = ""): HTMLElement {
     let label = this.labels.get(key);
     if (label === undefined) {
-      label = { element: document.createElement("div"), at: new Vector3(), used: true, half: null, beside: false };
+      label = { element: document.createElement("div"), at: new Vector3(), used: true, half: null, beside: false, kept: false };
       this.layer.append(label.element);
       this.labels.set(key, label);
     }
@@ -46,6 +50,7 @@ export class Labels {
       label.half = null;
     }
     label.beside = kind.startsWith("load");
+    label.kept = kind.endsWith("kept");
     const before = label.element.textContent ?? "";
     if (before !== text) {
       label.element.textContent = text;
@@ -75,14 +80,15 @@ export class Labels {
     const at = new Vector3();
     for (const label of this.labels.values()) {
       at.copy(label.at).project(camera);
-      const seen = at.z < 1 && Math.abs(at.x) < 1.1 && Math.abs(at.y) < 1.1;
+      const isNear = Math.abs(at.x) < 1.1 && Math.abs(at.y) < 1.1;
+      const seen = at.z < 1 && (isNear || label.kept);
       label.element.style.display = seen ? "" : "none";
       if (!seen) continue;
       label.half ??= this.half(label.element);
       // A text at the border stays in the picture.
       const wanted = (0.5 + at.x / 2) * width + (label.beside ? label.half + BESIDE_PX : 0);
       const x = Math.min(Math.max(wanted, label.half), Math.max(label.half, width - label.half));
-      const y = (0.5 - at.y / 2) * height;
+      const y = Math.min(Math.max((0.5 - at.y / 2) * height, HIGHEST_PX), height);
       label.element.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px) translate(-50%, -130%)`;
     }
   }

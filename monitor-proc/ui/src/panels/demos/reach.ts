@@ -1,5 +1,6 @@
 // Following a target: how far it is, whether the arm gets there, and targets to try.
-import type { ArmSpec, Vec3 } from "../../net/protocol";
+import type { ArmSpec } from "../../net/protocol";
+import { exampleTargets } from "../../net/reach";
 import { type ArmState, isUnreachable } from "../../net/snapshot";
 import { handRefusal } from "../actions";
 import { button } from "../button";
@@ -11,14 +12,6 @@ import { millimetres } from "../format";
 const THERE_M = 0.01;
 /** Clearance of an arm without obstacles (m). */
 const NO_OBSTACLE_M = 999;
-
-/** In lengths of the stretched arm, from its base. */
-const EXAMPLES: [string, Vec3][] = [
-  ["In front", [0.34, 0, 0.34]],
-  ["Low, to the side", [0.3, -0.24, 0.2]],
-  ["Out of reach", [1.3, 0, 0.34]],
-];
-const GRID_M = 0.05;
 
 export function mountReach(context: PanelContext, element: HTMLElement): () => void {
   const distance = el("b", { class: "num" });
@@ -63,9 +56,7 @@ function verdictOf(state: ArmState): [string, string | null] {
 
 /** A button for each example; the tool keeps its orientation, as on the command line. */
 function examples(context: PanelContext, spec: ArmSpec): HTMLElement[] {
-  const length = stretched(spec);
-  return EXAMPLES.map(([label, shares]) => {
-    const position = shares.map((share, axis) => round((spec.base.position[axis] ?? 0) + share * length)) as Vec3;
+  return exampleTargets(spec).map(([label, position]) => {
     const which = context.arm === 0 ? "" : ` --arm ${context.arm}`;
     const node = button(context, {
       label,
@@ -79,21 +70,4 @@ function examples(context: PanelContext, spec: ArmSpec): HTMLElement[] {
     });
     return el("div", { class: "row" }, node, el("code", { class: "dim" }, position.join(", "), " m"));
   });
-}
-
-/** Length of the arm from joint to joint (m): no point farther away can be reached. */
-function stretched({ urdf, joints, arm_joints }: ArmSpec): number {
-  const names = new Set(joints.slice(0, arm_joints).map(({ name }) => name));
-  const found = new DOMParser().parseFromString(urdf, "application/xml").querySelectorAll("joint");
-  let length = 0;
-  for (const joint of found) {
-    if (!names.has(joint.getAttribute("name") ?? "")) continue;
-    const offset = (joint.querySelector("origin")?.getAttribute("xyz") ?? "").trim().split(/\s+/).map(Number);
-    if (offset.every(Number.isFinite)) length += Math.hypot(...offset);
-  }
-  return length > 0 ? length : 1;
-}
-
-function round(metres: number): number {
-  return Number((Math.round(metres / GRID_M) * GRID_M).toFixed(2));
 }

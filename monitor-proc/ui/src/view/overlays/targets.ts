@@ -46,7 +46,7 @@ export class Targets implements Overlay {
       const name = cell.scene.arms[index]?.name ?? String(index);
       const why = arm.notReached ?? "not reachable";
       const away = `${why}: ${(1000 * arm.positionError).toFixed(0)} mm away`;
-      labels.show(`unreachable ${name}`, away, point(arm.target), "number");
+      labels.show(`unreachable ${name}`, away, point(arm.target), "number kept");
     });
   }
 
