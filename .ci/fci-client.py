@@ -65,6 +65,12 @@ def modes():
     def torque(_, __):
         return franka.Torques([0.0] * 7)
 
+    # At rest the drives give the torques of gravity, by a model of the same masses.
+    state = robot.read_once()
+    gravity = robot.load_model().gravity(state)
+    off = max(abs(a - b) for a, b in zip(state.tau_J, gravity, strict=True))
+    assert off < 0.5, f"gravity: {off} Nm"
+
     starts = [
         (lambda: robot.start_joint_position_control(impedance), position, 0.1, None),
         (lambda: robot.start_joint_velocity_control(impedance), velocity, 0.1, None),

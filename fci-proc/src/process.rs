@@ -80,7 +80,7 @@ struct FciProcess<C> {
     awaits: Await,
     /// Generation of physics and tick that were answered last.
     answered: Option<(u32, u64)>,
-    /// Generation of physics and count of scene resets of the present motion.
+    /// Generation of physics and count of scene resets in the last cycle.
     began_with: Option<(u32, u32)>,
     hand_messages: u32,
     /// What became of its clients, for the task and the launcher.
@@ -227,9 +227,9 @@ impl<C: Clock> FciProcess<C> {
             return;
         };
         let (generation, tick) = (state.header.generation, state.header.tick);
-        let now = (generation, state.panel.scene_reset);
-        let is_new = self.began_with != Some(now);
-        self.began_with = Some(now);
+        let scene = Some((generation, state.panel.scene_reset));
+        let is_new = self.began_with != scene;
+        self.began_with = scene;
         let last = self
             .answered
             .filter(|(answered, _)| *answered == generation);

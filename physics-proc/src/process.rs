@@ -268,8 +268,8 @@ impl<C: Clock, S: Store> PhysicsProcess<C, S> {
     }
 
     /// Takes new messages; [`Self::step`] ignores those that another generation of physics
-    /// caused.
-    fn take_inputs(&mut self) {
+    /// caused. True when a request was answered.
+    fn take_inputs(&mut self) -> bool {
         for command in &mut self.commands {
             command.refresh();
         }
@@ -280,7 +280,7 @@ impl<C: Clock, S: Store> PhysicsProcess<C, S> {
             let reply = plant.answer_request(request);
             resume.note(plant, request, &reply);
             reply
-        });
+        }) > 0
     }
 
     fn step(&mut self) -> Next {

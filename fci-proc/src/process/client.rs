@@ -23,8 +23,7 @@ const AFTER_CLIENT_TICKS: u32 = 30;
 impl<C: Clock> FciProcess<C> {
     /// Takes what the clients have sent.
     pub(super) fn listen(&mut self) {
-        // Before the first state the robot is not known: a motion would begin elsewhere.
-        if self.answered.is_none() {
+        if !self.is_started() {
             return;
         }
         while let Some(event) = self.net.event() {
@@ -84,8 +83,14 @@ impl<C: Clock> FciProcess<C> {
             return None;
         }
         let is_running = arm.is_running();
+        if !is_running {
+            // Physics sends the state of its tick again when the scene is reset meanwhile.
+            self.take_state();
+        }
+        let arm = &self.robot.arm;
         let is_busy = self.robot.gripper.as_ref().is_some_and(Gripper::is_busy);
-        let passes = self.has_other_arms || self.free_ticks > 0;
+        let is_new = !self.is_started() || self.is_new_scene();
+        let passes = self.has_other_arms || self.free_ticks > 0 || is_new;
         if !is_running && (passes || !arm.is_at_rest() || is_busy) {
             return None;
         }
@@ -98,6 +103,25 @@ impl<C: Clock> FciProcess<C> {
         } else {
             Some(self.wait_for_motion((since_ns, repeat_ns), now_ns))
         }
+    }
+
+    /// Whether the arm is known: before its first state a motion would begin elsewhere, and before
+    /// the first tick its drives have no torques.
+    fn is_started(&self) -> bool {
+        self.answered.is_some_and(|(_, tick)| tick > 0)
+    }
+
+    /// Whether no cycle has run since physics was replaced or the scene was reset. The next motion
+    /// would otherwise find that out in its first cycle, and end.
+    fn is_new_scene(&self) -> bool {
+        self.scene()
+            .is_some_and(|scene| self.began_with != Some(scene))
+    }
+
+    /// Generation of physics and count of scene resets.
+    pub(super) fn scene(&self) -> Option<(u32, u32)> {
+        let state = self.state.current()?;
+        Some((state.header.generation, state.panel.scene_reset))
     }
 
     /// The wait for the answer of a client that moves the arm; `None` once it has been silent for

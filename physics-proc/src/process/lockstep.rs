@@ -24,6 +24,8 @@ pub(super) struct Answers {
     patient_until_ns: u64,
     /// The process whose answer was missing before it slept.
     slept_for: Option<Process>,
+    /// Requests were answered that no state shows yet.
+    has_news: bool,
 }
 
 impl Answers {
@@ -32,6 +34,7 @@ impl Answers {
             began_ns: now_ns,
             patient_until_ns: now_ns + SPIN_NS,
             slept_for: None,
+            has_news: false,
         }
     }
 }
@@ -47,7 +50,7 @@ impl<C: Clock, S: Store> PhysicsProcess<C, S> {
             self.report_wait(process);
             answers.patient_until_ns = self.clock.now_ns() + SPIN_NS;
         }
-        self.take_inputs();
+        answers.has_news |= self.take_inputs();
         self.recorder.refresh();
         match self.missing() {
             None => self.health.note(""),
@@ -59,6 +62,10 @@ impl<C: Clock, S: Store> PhysicsProcess<C, S> {
                 return Wait::Yield;
             }
             missing => {
+                // A reset shows although time does not pass: a client of an arm starts from it.
+                if std::mem::take(&mut answers.has_news) {
+                    self.publish();
+                }
                 answers.slept_for = missing;
                 self.awaits = Await::Answers(answers);
                 return Wait::Bell;

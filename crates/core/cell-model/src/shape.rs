@@ -168,17 +168,30 @@ impl Link {
             pose: pose * s.pose,
         }));
         // Without mass the common centre of two bodies without mass would be 0 / 0.
-        if body.mass <= 0.0 {
-            return;
+        if body.mass > 0.0 {
+            self.add_mass(body, pose, 1.0);
         }
+    }
+
+    /// This body without the mass of a part that is fixed to it at `pose` (the part's frame in this
+    /// link's frame); `None` unless the part is lighter. The shapes stay.
+    pub fn without(&self, part: &Link, pose: &Isometry3<f64>) -> Option<Self> {
+        let mut rest = self.clone();
+        (part.mass < self.mass).then(|| rest.add_mass(part, pose, -1.0))?;
+        Some(rest)
+    }
+
+    /// Adds the mass of `body`, or subtracts it with the sign -1.
+    fn add_mass(&mut self, body: &Link, pose: &Isometry3<f64>, sign: f64) {
         let rotation = pose.rotation.to_rotation_matrix();
         let center = pose.translation.vector + rotation * body.center_of_mass;
         let inertia = rotation.matrix() * body.inertia * rotation.matrix().transpose();
-        let mass = self.mass + body.mass;
-        let merged = (self.center_of_mass * self.mass + center * body.mass) / mass;
+        let added = sign * body.mass;
+        let mass = self.mass + added;
+        let merged = (self.center_of_mass * self.mass + center * added) / mass;
         self.inertia += steiner(self.mass, self.center_of_mass - merged)
-            + inertia
-            + steiner(body.mass, center - merged);
+            + inertia * sign
+            + steiner(added, center - merged);
         self.center_of_mass = merged;
         self.mass = mass;
     }

@@ -12,11 +12,12 @@ use rmp::JointLimits;
 use crate::JOINTS;
 use crate::datagram::RobotCommand;
 use crate::error::Errors;
+use crate::hand::{self, Hand};
 use crate::kinematics::{Joints, Kinematics};
 use crate::limits::{self, JointLimit};
 use crate::motion::{Broken, Generator, Tool};
 use crate::request::Reply;
-use crate::state::{Hand, STATE_BYTES, StateValues, columns};
+use crate::state::{STATE_BYTES, StateValues, columns};
 
 /// Answers in a row that may be late or missing before the robot stops.
 pub const LOST_ANSWERS: u32 = 20;
@@ -156,19 +157,8 @@ impl Arm {
     pub fn new(robot: &Robot, home: &[f64], gravity: Vector3<f64>) -> Result<Self, NotSevenJoints> {
         let limits = limits::of(robot).ok_or(NotSevenJoints)?;
         let home: [f64; JOINTS] = home.try_into().map_err(|_| NotSevenJoints)?;
-        // Flange and hand of the maker (franka_description, robots/common): the flange is
-        // 0.107 m from joint 7, the hand turned by 45° on it, and the fingers meet 0.1034 m on.
-        let kinematics = Kinematics::new(robot, 0.107);
-        let has_hand = robot.gripper.is_some();
-        let turn = nalgebra::UnitQuaternion::from_axis_angle(
-            &Vector3::z_axis(),
-            -std::f64::consts::FRAC_PI_4,
-        );
-        let nominal = if has_hand {
-            Isometry3::from_parts(Vector3::new(0.0, 0.0, 0.1034).into(), turn)
-        } else {
-            Isometry3::identity()
-        };
+        let kinematics = Kinematics::new(robot);
+        let nominal = hand::nominal(robot);
         let joints = home.map(|position| RampState {
             position,
             ..RampState::default()
@@ -187,7 +177,7 @@ impl Arm {
             nominal_to_end: Isometry3::identity(),
             stiffness_frame: columns(&Isometry3::identity()),
             load: (0.0, [0.0; 3], [0.0; 9]),
-            hand: hand(has_hand),
+            hand: Hand::of(robot),
             mode: Mode::Idle,
             errors: Errors::default(),
             reflex_reason: Errors::default(),
@@ -316,22 +306,5 @@ impl Arm {
             },
         }
         .write(out);
-    }
-}
-
-/// Mass (kg), centre (m) and inertia (kg·m²) of the hand (`franka_description`,
-/// `end_effectors/franka_hand`).
-fn hand(is_there: bool) -> Hand {
-    if !is_there {
-        return Hand {
-            mass: 0.0,
-            center: [0.0; 3],
-            inertia: [0.0; 9],
-        };
-    }
-    Hand {
-        mass: 0.73,
-        center: [-0.01, 0.0, 0.03],
-        inertia: [0.001, 0.0, 0.0, 0.0, 0.0025, 0.0, 0.0, 0.0, 0.0017],
     }
 }

@@ -6,6 +6,7 @@ use nalgebra::{Isometry3, Matrix6, SMatrix, SVector, Vector6};
 use rmp::Joint;
 
 use crate::JOINTS;
+use crate::hand::FLANGE_M;
 
 /// Joint values of the arm.
 pub(crate) type Joints = SVector<f64, JOINTS>;
@@ -34,15 +35,14 @@ pub(crate) struct Kinematics {
 }
 
 impl Kinematics {
-    /// Of `robot`, whose controlled joints are a serial chain; `flange_m` is the distance of the
-    /// flange from the last joint along its axis.
-    pub(crate) fn new(robot: &Robot, flange_m: f64) -> Self {
+    /// Of `robot`, whose controlled joints are a serial chain.
+    pub(crate) fn new(robot: &Robot) -> Self {
         let joints = robot.arm_joints.iter();
         Self {
             joints: joints
                 .filter_map(|&joint| robot.chain.joints().get(joint).cloned())
                 .collect(),
-            flange: Isometry3::translation(0.0, 0.0, flange_m),
+            flange: Isometry3::translation(0.0, 0.0, FLANGE_M),
         }
     }
 

@@ -11,6 +11,7 @@ mod datagram;
 mod error;
 mod follow;
 mod gripper;
+mod hand;
 mod kinematics;
 mod limits;
 mod motion;

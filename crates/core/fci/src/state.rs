@@ -6,6 +6,7 @@ use nalgebra::{Isometry3, Matrix4, Vector6};
 use crate::JOINTS;
 use crate::bytes::Writer;
 use crate::error::Errors;
+use crate::hand::Hand;
 use crate::motion::Tool;
 
 /// Bytes of a state.
@@ -39,14 +40,6 @@ pub(crate) struct StateValues<'a> {
     pub(crate) reflex_reason: Errors,
     pub(crate) robot_mode: u8,
     pub(crate) success_rate: f64,
-}
-
-/// Mass, centre of mass in the flange frame and inertia of the hand.
-#[derive(Clone, Debug)]
-pub(crate) struct Hand {
-    pub(crate) mass: f64,
-    pub(crate) center: [f64; 3],
-    pub(crate) inertia: [f64; 9],
 }
 
 /// A pose as the 16 numbers of its matrix, column by column.

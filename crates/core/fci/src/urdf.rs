@@ -5,20 +5,31 @@
 
 use std::fmt::Write as _;
 
-use cell_model::Robot;
+use cell_model::{Link, Robot};
 use nalgebra::{Isometry3, Matrix3};
+
+use crate::hand::{self, FLANGE_M};
 
 /// The text. Moving joints keep their names, and have the limits of `robot`.
 pub fn urdf(robot: &Robot) -> String {
     let mut out = String::from("<?xml version=\"1.0\"?>\n<robot name=\"robot\">\n");
     let joints = robot.chain.joints();
-    link(&mut out, robot, 0);
+    let last = hand::last_link(robot);
+    let of = |index: usize| {
+        let is_last = robot
+            .arm_joints
+            .last()
+            .is_some_and(|last| last + 1 == index);
+        let without_hand = last.as_ref().filter(|_| is_last);
+        without_hand.or_else(|| robot.links.get(index))
+    };
+    link(&mut out, of(0), 0);
     for (place, &index) in robot.arm_joints.iter().enumerate() {
         let (Some(joint), Some(spec)) = (joints.get(index), robot.joints.get(index)) else {
             continue;
         };
         let parent = joint.parent.map_or(0, |parent| parent + 1);
-        link(&mut out, robot, index + 1);
+        link(&mut out, of(index + 1), index + 1);
         let mut to = |text: std::fmt::Arguments<'_>| out.write_fmt(text).is_ok();
         to(format_args!(
             "  <joint name=\"{}\" type=\"revolute\">\n    {}\n    <parent link=\"link{parent}\"/>\n    \
@@ -42,12 +53,25 @@ pub fn urdf(robot: &Robot) -> String {
              deceleration_limit=\"{deceleration}\"/>\n  </joint>\n",
         ));
     }
+    flange(&mut out, robot);
     out.push_str("</robot>\n");
     out
 }
 
-fn link(out: &mut String, robot: &Robot, index: usize) {
-    let Some(link) = robot.links.get(index) else {
+/// The frame by whose name libfranka finds the last joint; it reads past an array without it.
+fn flange(out: &mut String, robot: &Robot) {
+    let last = robot.arm_joints.last().map_or(0, |last| last + 1);
+    let _written = write!(
+        out,
+        "  <link name=\"link8\"/>\n  <joint name=\"joint8\" type=\"fixed\">\n    \
+         <origin xyz=\"0 0 {FLANGE_M}\"/>\n    <parent link=\"link{last}\"/>\n    \
+         <child link=\"link8\"/>\n  </joint>\n",
+    )
+    .is_ok();
+}
+
+fn link(out: &mut String, link: Option<&Link>, index: usize) {
+    let Some(link) = link else {
         return;
     };
     let _written = write!(

@@ -119,6 +119,10 @@ fn a_client_that_ends_in_motion_stops_the_arm_and_the_next_one_is_served() {
         });
         assert_eq!(next.turn(500), 0);
     }
+    // A reset while time does not pass is no reason to end the next motion.
+    assert_eq!(cell.ask(&["reset"]).code, 0);
+    let mut client = Client::connect(at, 10).unwrap();
+    assert_eq!(client.turn(500), 0);
     let status = cell.status().expect("a status");
     assert_eq!(status["limit_violations"], 0, "{status}");
 }

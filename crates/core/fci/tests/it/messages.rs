@@ -122,4 +122,7 @@ fn the_model_has_joints_and_limits_that_libfranka_asks_for() {
     assert!(text.contains(first), "{text}");
     assert!(text.contains("lower=\"-3.0481\" upper=\"-0.1458\" velocity=\"2.62\" effort=\"87\""));
     assert_eq!(text.matches("<mass").count(), 8);
+    // Without the hand, whose mass is in the state.
+    assert!(text.contains("<mass value=\"0.627"), "{text}");
+    assert!(text.contains("<child link=\"link8\"/>"), "{text}");
 }
