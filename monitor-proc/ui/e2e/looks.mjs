@@ -5,7 +5,7 @@ import { existsSync, readFileSync, writeFileSync } from "node:fs";
 const NO_SHADOWS = [4, 5, 6];
 const LEVELS = [0, 1, 2, 3, ...NO_SHADOWS];
 /** Largest difference of two pictures, of 255: of the median block, and of any block. */
-const SAME_TONE = 8;
+const SAME_TONE = 4;
 const SAME_BLOCK = 10;
 
 /** The picture as it is drawn now, as the brightness of 32 x 18 blocks. */

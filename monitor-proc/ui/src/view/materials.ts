@@ -17,6 +17,8 @@ export interface Look {
   metalness?: number;
   /** Glows in its own colour. */
   glow?: number;
+  /** Of the cheap kind: white light where it is seen flat. */
+  sheen?: number;
 }
 
 /** The colours of the built-in robots. */
@@ -37,13 +39,13 @@ let cheap = false;
 
 /** The shared material of `look`, of the kind in use now. */
 export function material(look: Look): Material {
-  const { roughness = 0.5, metalness = 0.02, glow = 0 } = look;
+  const { roughness = 0.5, metalness = 0.02, glow = 0, sheen = 0 } = look;
   const colour = new Color(look.colour);
-  const key = `${colour.getHexString()} ${roughness} ${metalness} ${glow}`;
+  const key = `${colour.getHexString()} ${roughness} ${metalness} ${glow} ${sheen}`;
   let made = fine.get(key);
   if (made === undefined) {
     made = new MeshStandardMaterial({ color: colour, roughness, metalness });
-    const twin = plainMaterial(colour, glow);
+    const twin = plainMaterial(colour, glow, sheen);
     if (glow > 0) {
       made.emissive.copy(colour);
       made.emissiveIntensity = glow;

@@ -11,6 +11,7 @@ const VERTEX = `
   #include <colorspace_pars_fragment>
   uniform vec3 colour;
   uniform vec3 glow;
+  uniform float sheen;
   varying vec3 lit;
   varying vec3 shaded;
   vec3 shown(vec3 light) {
@@ -38,7 +39,10 @@ const VERTEX = `
       rest += directionalLights[1].color * saturate(dot(normal, directionalLights[1].direction));
     #endif
     vec3 paint = colour * RECIPROCAL_PI;
-    lit = shown(glow + paint * (rest + sun));
+    // What a rough surface mirrors of the sun, most where it is seen flat.
+    float grazing = 1.0 - saturate(dot(normal, normalize(-mvPosition.xyz)));
+    vec3 mirrored = vec3(sheen * (0.12 + grazing * grazing * grazing));
+    lit = shown(glow + mirrored + paint * (rest + sun));
     shaded = shown(glow + paint * rest);
   }`;
 
@@ -62,8 +66,8 @@ const FRAGMENT = `
     #include <fog_fragment>
   }`;
 
-/** A surface of `colour` that glows by `glow` of it. */
-export function plainMaterial(colour: Color, glow: number): ShaderMaterial {
+/** A surface of `colour` that glows by `glow` of it, and mirrors `sheen` of white light where it is seen flat. */
+export function plainMaterial(colour: Color, glow: number, sheen: number): ShaderMaterial {
   return new ShaderMaterial({
     lights: true,
     fog: true,
@@ -72,6 +76,7 @@ export function plainMaterial(colour: Color, glow: number): ShaderMaterial {
       ...UniformsUtils.merge([UniformsLib.lights, UniformsLib.fog]),
       colour: { value: colour },
       glow: { value: colour.clone().multiplyScalar(glow) },
+      sheen: { value: sheen },
     },
     vertexShader: VERTEX,
     fragmentShader: FRAGMENT,

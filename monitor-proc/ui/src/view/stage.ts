@@ -2,7 +2,6 @@
 import {
   BackSide,
   CanvasTexture,
-  CircleGeometry,
   Color,
   DirectionalLight,
   Fog,
@@ -13,6 +12,7 @@ import {
   MeshBasicMaterial,
   PMREMGenerator,
   PlaneGeometry,
+  RingGeometry,
   Scene,
   ShaderMaterial,
   SphereGeometry,
@@ -27,6 +27,10 @@ const HORIZON = new Color(0x737f8c);
 const ZENITH = new Color(0x272e37);
 const FLOOR = 0x626b75;
 const LINES = 0x76818c;
+const FLOOR_M = 14;
+const FLOOR_RINGS = 14;
+/** As much as the floor of the fine kind mirrors of the sun. */
+const SHEEN = 0.037;
 /** Opacity of lines that are not smooth: as bright on the whole as smooth ones. */
 const ROUGH_LINES = 0.4;
 const FINE_SKY = 0.6;
@@ -130,7 +134,7 @@ function contactShade(): Mesh {
   const brush = canvas.getContext("2d");
   if (brush !== null) {
     const gradient = brush.createRadialGradient(64, 64, 10, 64, 64, 64);
-    gradient.addColorStop(0, "rgba(20,26,34,0.16)");
+    gradient.addColorStop(0, "rgba(20,26,34,0.05)");
     gradient.addColorStop(1, "rgba(20,26,34,0)");
     brush.fillStyle = gradient;
     brush.fillRect(0, 0, 128, 128);
@@ -172,8 +176,9 @@ export class Stage {
     this.scene.fog = new Fog(HORIZON, 3.5, 13);
     this.fill.position.set(-2, -3, 1.5);
     this.scene.add(this.sky, this.light, this.fill, this.light.target, this.dome, this.floor);
-    const disc = new CircleGeometry(14, 48);
-    this.ground = new Mesh(disc, material({ colour: FLOOR, roughness: 0.95 }));
+    // In rings: light of the cheap kind is computed per vertex.
+    const disc = new RingGeometry(0, FLOOR_M, 48, FLOOR_RINGS);
+    this.ground = new Mesh(disc, material({ colour: FLOOR, roughness: 0.95, sheen: SHEEN }));
     this.ground.receiveShadow = true;
     this.ground.renderOrder = 0.8;
     this.floor.add(this.ground, this.lines, this.shade);
