@@ -19,6 +19,7 @@ use ipc_types::{TICK_NS, TraceLine, WorldState};
 use serde_json::{Value, json};
 
 use crate::feed::broadcast::Broadcast;
+use crate::feed::pauses::PauseWatch;
 use crate::feed::publisher::{Publisher, RecorderUpdate};
 use crate::operator::live_page::LivePage;
 use crate::recorder::Recorder;
@@ -150,6 +151,7 @@ struct MonitorProcess {
     spans: Vec<LaneSpan>,
     files: PageFiles,
     repeats: RepeatFilter,
+    pauses: PauseWatch,
     health: HealthReporter,
 }
 
@@ -173,6 +175,7 @@ impl MonitorProcess {
             spans: Vec::new(),
             files: parts.files,
             repeats: RepeatFilter::default(),
+            pauses: PauseWatch::default(),
             health: HealthReporter::new(start, bus, Process::Monitor, false, monotonic_ns())?,
         })
     }
@@ -184,11 +187,13 @@ impl MonitorProcess {
             self.tick = state.header.tick;
             self.ending = state.has(FLAG_ENDING);
             self.broadcast.set_epoch(state.header.generation);
+            self.pauses.state(&state, start_ns);
         }
         // The trace before the page's frames: a frame must not show what its log does not know.
         self.drain();
         // Requests after the trace: a person's action follows the line that caused it.
         self.log_requests(start_ns);
+        self.log_pause(start_ns);
         if self.incidents.is_due(start_ns) {
             self.report_incidents(false);
         }
@@ -251,11 +256,21 @@ impl MonitorProcess {
         };
         let time_s = (self.tick * TICK_NS) as f64 / 1.0e9;
         for text in page.requests.try_iter() {
+            self.pauses.request(&text, now_ns);
             if self.repeats.is_new(&text, now_ns) {
                 let text = format!("operator: {text}");
                 self.log.operator(time_s, &text);
                 self.broadcast.add_log_line(time_s, "lifecycle", &text);
             }
+        }
+    }
+
+    /// Writes a pause that no page requested to the log and the page: a recording has it, too.
+    fn log_pause(&mut self, now_ns: u64) {
+        if let Some((text, time_s)) = self.pauses.take_due(now_ns) {
+            let text = format!("operator: {text}");
+            self.log.operator(time_s, &text);
+            self.broadcast.add_log_line(time_s, "lifecycle", &text);
         }
     }
 

@@ -5,6 +5,7 @@ pub mod broadcast;
 pub mod by_hand;
 pub mod hello;
 pub mod missed_cycles;
+pub(crate) mod pauses;
 pub mod publisher;
 pub mod real_time_factor;
 pub mod scene;

@@ -53,7 +53,8 @@ pub(super) fn marks(recording: &mut Recording, record: &PageRecord) -> Vec<Value
         .unwrap_or_default();
     let mut marks: Vec<Value> = of_task.iter().map(log_line).collect();
     marks.extend(record.lines.iter().cloned());
-    marks.retain(|line| !line["mark"].is_null());
+    // The page marks a pause by its text.
+    marks.retain(|line| !line["mark"].is_null() || line["text"] == "operator: pause");
     marks.sort_by(|a, b| line_time_s(a).total_cmp(&line_time_s(b)));
     marks.drain(..marks.len().saturating_sub(SHOWN_MARKS));
     marks
