@@ -21,6 +21,7 @@ export async function answers({ page, look, until, press, robocell, same }) {
   const said = await toast("Added bin").innerText();
   const here = await look((r) => r.store.scene.objects.filter((_, index) => (r.store.snapshot.objects[index].flags & 1) !== 0).map(({ name }) => name));
   same("what was added", said.split("\n")[0], `Added ${here[0]}, upside down`);
+  await fallen({ page, robocell }, here[0]);
   // The belt takes no more than it has room for.
   const refused = toast("No bin was added: ");
   for (let attempt = 0; attempt < 12 && !(await refused.isVisible()); attempt++) {
@@ -29,6 +30,16 @@ export async function answers({ page, look, until, press, robocell, same }) {
   }
   await refused.waitFor();
   await inEvents(page, "No bin was added: ");
+}
+
+/** A bin that fell out of the cell is lost, and not one that waits to come, until a reset. */
+async function fallen({ page, robocell }, name) {
+  const list = page.locator(".lost-list");
+  robocell("drag", name, "--to", "1.6", "-0.6", "0.4");
+  await list.locator(".tree-row", { hasText: name }).waitFor();
+  await page.locator(`.marks [data-mark="drop"][title*="${name} fell out of the cell"]`).waitFor({ state: "attached" });
+  robocell("reset");
+  await list.waitFor({ state: "hidden" });
 }
 
 async function inEvents(page, text) {

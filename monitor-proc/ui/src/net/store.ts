@@ -14,6 +14,7 @@ import type {
 } from "./protocol";
 import { Ages } from "./ages";
 import { isCurrent, markedAt } from "./epochs";
+import { Falls } from "./fallen";
 import { lostOf } from "./lost";
 import { decode, type Snapshot } from "./snapshot";
 import { ShownSpans } from "./spans";
@@ -93,6 +94,8 @@ export class Store {
   /** What was wrong from when on, as the states show it, oldest first. */
   wrong: WrongFrom[] = [];
   private readonly shown = new ShownSpans();
+  /** Objects that fell out and can be brought again. */
+  falls = new Falls();
   /** The moment of the past that is shown in the place of what is now. */
   past: Past | null = null;
   /** The run of that moment has ended and another one began; `hasTask`: the state of the task is of the moment shown. */
@@ -129,6 +132,12 @@ export class Store {
   /** Names of the objects that fell out of the cell, at the moment that is shown. */
   get lost(): string[] {
     return lostOf(this.scene, this.snapshot);
+  }
+
+  /** Of these, those that a device can bring again. */
+  get fallen(): string[] {
+    const until_s = this.snapshot?.time ?? 0;
+    return [...this.falls.out].flatMap(([name, time_s]) => (time_s <= until_s ? [name] : []));
   }
 
   /** The lanes of the history that led to now, as they are shown. */
@@ -193,6 +202,7 @@ export class Store {
           this.timeline = null;
           this.lanes = [];
           this.wrong = [];
+          this.falls = new Falls();
         }
         this.past = null;
         this.hello = message;

@@ -1,11 +1,12 @@
 // Events that no process tells of, as the states show them: an object that fell out of the cell, a person who pulls an
-// object or pauses the clock, a target that is not reached.
+// object, a target that is not reached, the end of a task that says nothing of it.
 import { lostOf } from "./lost";
 import { snapshotsOf } from "./past";
 import type { LogLine, Scene } from "./protocol";
 import { FLAG, isUnreachable, OBJECT, type Snapshot } from "./snapshot";
 import type { Store } from "./store";
-import { lostText, NOT_REACHED, OBJECT_LOST, type Wrong, type WrongFrom } from "./wrong";
+import type { Fall } from "./fallen";
+import { fallenText, lostText, NOT_REACHED, OBJECT_LOST, type Wrong, type WrongFrom } from "./wrong";
 
 /** An object that was let go for less is still pulled (simulated s). */
 const PULLED_S = 1;
@@ -14,7 +15,7 @@ const REST_S = 0.5;
 /** States of what was recorded before, and their least length (s). */
 const READ_SAMPLES = 400;
 const LEAST_READ_S = 1;
-/** The monitor tells of a command of this page within this time (ms); one of others is told of here. */
+/** What a task says of its end comes within this time (ms). */
 const TOLD_MS = 700;
 /** A replay that leaps farther was not played (s). */
 const LEAP_S = 1;
@@ -102,7 +103,6 @@ export class Witness {
   private run: string | null = null;
   private isRead = false;
   private last_s = -Infinity;
-  private wasPaused: boolean | null = null;
   /** Ends of the task that were seen. */
   private ends = new Set<string>();
 
@@ -116,7 +116,10 @@ export class Witness {
       this.states = null;
     });
     store.on("snapshot", (snapshot) => this.see(snapshot));
-    store.on("status", () => this.follow());
+    store.on("status", () => {
+      const cleared = store.past === null ? store.status?.equipment?.cleared : undefined;
+      if (cleared !== undefined && store.earlier === null) this.fell(store.falls.count(cleared, performance.now()));
+    });
     store.on("timeline", () => void this.read());
     store.on("lanes", () => this.end());
   }
@@ -125,7 +128,6 @@ export class Witness {
     this.states = null;
     this.isRead = false;
     this.last_s = -Infinity;
-    this.wasPaused = null;
     this.ends = new Set();
   }
 
@@ -133,14 +135,22 @@ export class Witness {
     const { store } = this;
     const { scene, hello } = store;
     if (scene === null || hello === null || store.earlier !== null) return;
-    if (!hello.live) return this.replay(snapshot.time);
-    if ((snapshot.flags & FLAG.notLive) !== 0) return;
+    if (!hello.live) this.replay(snapshot.time);
+    else if ((snapshot.flags & FLAG.notLive) !== 0) return;
+    this.fell(store.falls.see(scene, snapshot, performance.now()));
+    if (!hello.live) return;
     this.states ??= new States(scene);
     const isBack = snapshot.time < this.last_s;
     this.last_s = snapshot.time;
     const { lines, wrong } = this.states.next(snapshot);
     store.addWrong(wrong, isBack ? snapshot.time : Infinity);
     this.tell(lines);
+  }
+
+  private fell(falls: Fall[]): void {
+    const found = falls.map(({ name, time_s }): Found => ({ time_s, text: fallenText(name), mark: "drop" }));
+    // A recording may be played twice.
+    this.tell(found.filter((line) => !this.isTold(line)));
   }
 
   /** An end of which the task says nothing in words. */
@@ -165,25 +175,6 @@ export class Witness {
     this.last_s = time_s;
     if (time_s <= before || time_s - before > LEAP_S) return;
     store.showOwn((line) => line.time_s > before && line.time_s <= time_s);
-  }
-
-  /** A pause or its end by somebody else than this page. */
-  private follow(): void {
-    const { store } = this;
-    const { newest, hello, past } = store;
-    if (hello?.live !== true || newest === null || past !== null) return;
-    const isPaused = newest.pause_cause === "operator";
-    const before = this.wasPaused;
-    this.wasPaused = isPaused;
-    if (before === null || before === isPaused || (!isPaused && newest.pause_cause !== "")) return;
-    const text = `operator: ${isPaused ? "pause" : "resume"}`;
-    const known = store.log.length;
-    const time_s = store.snapshot?.time ?? 0;
-    setTimeout(() => {
-      // One pause may be told before its status, and has its time.
-      const near = store.log.slice(Math.max(0, known - 5)).some((line) => line.text === text && Math.abs(line.time_s - time_s) < LEAP_S);
-      if (!near && this.store.hello?.run.id === this.run) this.tell([{ time_s, text, mark: isPaused ? "hand" : null }]);
-    }, TOLD_MS);
   }
 
   private tell(found: Found[]): void {

@@ -24,13 +24,18 @@ export function lostText(name: string): string {
   return `object lost: ${name} fell out of the cell`;
 }
 
+/** The sentence of one that a device can bring again. */
+export function fallenText(name: string): string {
+  return `${lostText(name)}; it can be brought again`;
+}
+
 /** The lines that tell how the state began that lasts at the moment shown: they are marked also where that is out of the window. */
 export function lasting(store: Store): LogLine[] {
   const { snapshot, status } = store;
   const until_s = snapshot?.time ?? Infinity;
   const before = store.marked.filter((line) => line.time_s <= until_s && line.mark !== null && store.isCurrent(line));
   const last = (fits: (line: LogLine) => boolean) => before.filter(fits).slice(-1);
-  const lost = store.lost.flatMap((name) => last(({ text }) => text.startsWith(lostText(name))));
+  const lost = [...store.lost, ...store.fallen].flatMap((name) => last(({ text }) => text.startsWith(lostText(name))));
   const isAway = store.wrongAt(until_s) === NOT_REACHED;
   const away = isAway ? last(({ mark, text }) => mark === "hand_failed" && text.includes("target not reached")) : [];
   const outcome = status?.task.outcome;

@@ -33,7 +33,7 @@ export function lostList(context: PanelContext): HTMLElement {
   const root = el("div", { class: "lost-list", role: "status", hidden: true });
   let shown = "";
   context.pulse.add(null, () => {
-    const { lost } = context.store;
+    const lost = [...context.store.lost, ...context.store.fallen];
     if (lost.join() === shown) return;
     shown = lost.join();
     root.hidden = lost.length === 0;
@@ -91,10 +91,11 @@ function objects(context: PanelContext, scene: Scene, refreshes: Refresh[]): HTM
       if (!now) return;
       const holder = context.snapshot?.arms.findIndex((arm) => arm.held === index) ?? -1;
       // A hundred rows ten times a second: to ask the page for their texts takes longer.
-      const key = `${now.flags} ${holder} ${Math.round(1000 * now.pose[2])}`;
+      const isFallen = context.store.fallen.includes(object.name);
+      const key = `${now.flags} ${holder} ${isFallen} ${Math.round(1000 * now.pose[2])}`;
       if (key === before) return;
       before = key;
-      const words = objectState(now.flags, object.parked === true, holder < 0 ? null : context.armName(holder), now.pose[2]);
+      const words = objectState(now.flags, object.parked === true && !isFallen, holder < 0 ? null : context.armName(holder), now.pose[2]);
       setText(state, words);
       setAttr(state, "data-tone", words === "lost" ? "bad" : null);
     });

@@ -33,6 +33,7 @@ export function factsOf(context: PanelContext): Facts {
     held,
     unreached: unreached(context),
     lost: store.lost,
+    fallen: store.fallen,
     incidents: new Set(store.marked.flatMap(({ incident }) => incident ?? [])).size,
   };
 }

@@ -33,6 +33,8 @@ export interface Facts {
   unreached: string;
   /** Names of objects that fell out of the cell. */
   lost: string[];
+  /** Names of those that fell out and that a device can bring again. */
+  fallen: string[];
   incidents: number;
 }
 
@@ -130,7 +132,7 @@ function clock({ paused, pauseCause }: Facts, told: Told): Line | null {
 
 /** How the task is at the moment shown: one word for bar, badge and title. */
 export function taskOf(facts: Facts): Told {
-  const { task, taskPaused, startEvent, held, unreached, lost } = facts;
+  const { task, taskPaused, startEvent, held, unreached, lost, fallen } = facts;
   const told = (tone: Tone, word: string, detail: string[], actions: Action[] = [], isSpecial = true): Told => ({ tone, word, isSpecial, detail, actions });
   if (task === null) return told("info", "Starting", ["no decision of the task yet"], [], false);
   if (task.outcome === "failed") return told("bad", "Failed", [failed(task, lost)], ["again", "moment"]);
@@ -140,12 +142,12 @@ export function taskOf(facts: Facts): Told {
   if (lost.length > 0 && task.outcome !== "done") return told("bad", "Object lost", [`${named(lost)}`, wait, ...held, taskPaused ? "task paused" : ""], ["reset"]);
   if (taskPaused) return told("warn", "Task paused", ["you lead the arm and the gripper", phase], ["resume"]);
   const isAgain = facts.since.drops > 0 && held.length === 0;
-  if (task.outcome === "done") return told(lost.length > 0 || isAgain ? "warn" : "ok", "Done", [...outside(lost), ...finished(facts, task)], ["again"]);
+  if (task.outcome === "done") return told(lost.length > 0 || isAgain ? "warn" : "ok", "Done", [...outside([...lost, ...fallen]), ...finished(facts, task)], ["again"]);
   if (startEvent && !task.started) return told("info", "Waiting", ["for the start event"], ["start"], false);
   if (task.wait !== "") return told("warn", "Waiting", [task.wait, phase], [], false);
   if (task.outcome === "idle") return told("info", "Idle", [phase], [], false);
   if (unreached !== "") return told("bad", "Not reached", [unreached, phase, ...held]);
-  return told("ok", "Running", [phase, ...held], [], false);
+  return told(fallen.length > 0 ? "warn" : "ok", "Running", [phase, ...held, ...outside(fallen)], [], false);
 }
 
 function named(names: string[]): string {
