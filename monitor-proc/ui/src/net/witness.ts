@@ -148,7 +148,9 @@ export class Witness {
   }
 
   private fell(falls: Fall[]): void {
-    const found = falls.map(({ name, time_s }): Found => ({ time_s, text: fallenText(name), mark: "drop" }));
+    // Parts of a dispenser fall by the dozen.
+    const mark = this.store.scene?.dispenser == null ? "drop" : null;
+    const found = falls.map(({ name, time_s }): Found => ({ time_s, text: fallenText(name), mark }));
     // A recording may be played twice.
     this.tell(found.filter((line) => !this.isTold(line)));
   }

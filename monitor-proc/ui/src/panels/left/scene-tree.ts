@@ -28,12 +28,16 @@ export function sceneTree(context: PanelContext): HTMLElement {
   return root;
 }
 
+/** More that can be brought again have no line each above the scene: they are told apart in its list. */
+const MOST_FALLEN = 3;
+
 /** The objects that fell out of the cell, above everything else: no window is too low for them. */
 export function lostList(context: PanelContext): HTMLElement {
   const root = el("div", { class: "lost-list", role: "status", hidden: true });
   let shown = "";
   context.pulse.add(null, () => {
-    const lost = [...context.store.lost, ...context.store.fallen];
+    const { fallen } = context.store;
+    const lost = [...context.store.lost, ...(fallen.length > MOST_FALLEN ? [] : fallen)];
     if (lost.join() === shown) return;
     shown = lost.join();
     root.hidden = lost.length === 0;

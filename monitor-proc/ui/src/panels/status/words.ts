@@ -63,6 +63,8 @@ export interface Told {
 
 /** More names of objects do not fit. */
 const MOST_NAMES = 3;
+/** So many are told by their number. */
+const MANY = 6;
 /** A recording that is nearer to its end is over (s). */
 const END_S = 0.05;
 
@@ -142,12 +144,12 @@ export function taskOf(facts: Facts): Told {
   if (lost.length > 0 && task.outcome !== "done") return told("bad", "Object lost", [`${named(lost)}`, wait, ...held, taskPaused ? "task paused" : ""], ["reset"]);
   if (taskPaused) return told("warn", "Task paused", ["you lead the arm and the gripper", phase], ["resume"]);
   const isAgain = facts.since.drops > 0 && held.length === 0;
-  if (task.outcome === "done") return told(lost.length > 0 || isAgain ? "warn" : "ok", "Done", [...outside([...lost, ...fallen]), ...finished(facts, task)], ["again"]);
+  if (task.outcome === "done") return told(lost.length > 0 || isAgain ? "warn" : "ok", "Done", [...outside(lost), ...finished(facts, task), ...outside(fallen)], ["again"]);
   if (startEvent && !task.started) return told("info", "Waiting", ["for the start event"], ["start"], false);
   if (task.wait !== "") return told("warn", "Waiting", [task.wait, phase], [], false);
   if (task.outcome === "idle") return told("info", "Idle", [phase], [], false);
   if (unreached !== "") return told("bad", "Not reached", [unreached, phase, ...held]);
-  return told(fallen.length > 0 ? "warn" : "ok", "Running", [phase, ...held, ...outside(fallen)], [], false);
+  return told("ok", "Running", [phase, ...held, ...outside(fallen)], [], false);
 }
 
 function named(names: string[]): string {
@@ -155,8 +157,9 @@ function named(names: string[]): string {
   return `${names.slice(0, MOST_NAMES).join(", ")}${more}`;
 }
 
-/** Names the objects that fell out of the cell, if any. */
+/** Names the objects that fell out of the cell, if any; of a heap of parts the names say nothing. */
 function outside(names: string[]): string[] {
+  if (names.length > MANY) return [`out of the cell: ${counted(names.length, "object")}`];
   return names.length === 0 ? [] : [`out of the cell: ${named(names)}`];
 }
 
