@@ -11,6 +11,7 @@
 use std::net::{IpAddr, Ipv4Addr};
 
 use cell_bus::{Bus, BusError, Doorbell, Publisher, Subscriber};
+use cell_model::runs::spec::Fci;
 use cell_rt::periodic::{SPIN_FIFO_NS, SPIN_OTHER_NS};
 use cell_rt::priority::CONTROLLER_PRIORITY;
 use cell_rt::{Clock, Monotonic};
@@ -55,9 +56,12 @@ pub fn run(start: &Start) -> Result<(), ProcessError> {
 
 /// Where the arm listens: the address of its run, or the loopback address of its number.
 fn address(start: &Start) -> IpAddr {
-    let arm = usize::from(start.arm);
-    let given = start.spec.fci.get(arm).copied().flatten();
-    given.unwrap_or(IpAddr::V4(Ipv4Addr::LOCALHOST))
+    interface(start).map_or(IpAddr::V4(Ipv4Addr::LOCALHOST), |fci| fci.address)
+}
+
+/// The interface in the run file.
+fn interface(start: &Start) -> Option<Fci> {
+    *start.spec.fci.get(usize::from(start.arm))?
 }
 
 struct FciProcess<C> {
@@ -90,6 +94,8 @@ struct FciProcess<C> {
     cycles: u64,
     missed_cycles: u64,
     lockstep: bool,
+    /// An answer that takes longer than a tick of wall time is lost in lockstep, too.
+    strict: bool,
     class: LoopClass,
     expected_ns: u64,
     woke_ns: u64,
@@ -174,6 +180,7 @@ impl<C: Clock> FciProcess<C> {
             cycles: 0,
             missed_cycles: 0,
             lockstep: false,
+            strict: interface(start).is_some_and(|fci| fci.strict),
             class: LoopClass::new(start, CONTROLLER_PRIORITY, fifo),
             expected_ns: 0,
             woke_ns: 0,

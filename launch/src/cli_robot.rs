@@ -4,6 +4,7 @@ use std::net::IpAddr;
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use cell_model::CLIENT_CONTROLLER;
 use clap::Args;
 
 use crate::cli_values::{margin, package, sphere_count};
@@ -36,6 +37,10 @@ pub struct ControllerArgs {
     /// Let other machines command arms over the Franka control interface, which has no password
     #[arg(long, requires = "controller")]
     pub fci_from_network: bool,
+    /// Count an answer of a client of `fci` that takes longer than 1 ms as lost also where simulated
+    /// time waits for it, as the robot does
+    #[arg(long)]
+    pub strict: bool,
 }
 
 /// A controller for an arm.
@@ -58,9 +63,9 @@ impl FromStr for ControllerOf {
             None => (None, text),
         };
         let (program, address) = match program.split_once('@') {
-            Some((FCI, address)) => {
+            Some((CLIENT_CONTROLLER, address)) => {
                 let wrong = |_| format!("'{address}' is not an IP address, as 127.0.0.2 is one");
-                (FCI, Some(address.parse().map_err(wrong)?))
+                (CLIENT_CONTROLLER, Some(address.parse().map_err(wrong)?))
             }
             _ => (program, None),
         };
@@ -74,9 +79,6 @@ impl FromStr for ControllerOf {
         })
     }
 }
-
-/// The reserved name of the program with the Franka control interface.
-pub(crate) const FCI: &str = "fci";
 
 /// `robocell spheres`.
 #[derive(Clone, Debug, Args)]

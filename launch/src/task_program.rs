@@ -11,15 +11,14 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
 use std::time::Duration;
 
-use cell_model::Cell;
 use cell_model::cells::replace::Replace;
 use cell_model::cells::setting::Setting;
 use cell_model::runs::python;
+use cell_model::{CLIENT_CONTROLLER, Cell};
 use supervisor::failure::{Code, Context, Failure};
 use supervisor::programs::{beside, task_program};
 
 use crate::asked;
-use crate::cli_robot::FCI;
 use crate::say;
 use crate::shell::{quoted, quoted_word};
 
@@ -54,7 +53,7 @@ pub(crate) fn of_arms(
 ) -> Result<Vec<Option<PathBuf>>, Failure> {
     let named = cell.arms.iter().map(|arm| arm.controller.as_deref());
     let program = |name: &str| match name {
-        FCI => beside("fci-proc"),
+        CLIENT_CONTROLLER => beside("fci-proc"),
         _ => find(name, data_dir),
     };
     let found = named.map(|name| name.map(program).transpose());

@@ -30,11 +30,11 @@ impl<C: Clock> FciProcess<C> {
             self.take(event);
         }
         // In lockstep one for each cycle; the next one waits in the socket.
-        let arm = &mut self.robot.arm;
+        let (arm, waits) = (&mut self.robot.arm, self.lockstep && !self.strict);
         while !(self.lockstep && arm.is_answered())
             && let Some(command) = self.net.command()
         {
-            arm.datagram(&command, self.lockstep);
+            arm.datagram(&command, waits);
         }
         self.reply();
     }
@@ -125,8 +125,11 @@ impl<C: Clock> FciProcess<C> {
     }
 
     /// The wait for the answer of a client that moves the arm; `None` once it has been silent for
-    /// too long, which ends its motion.
+    /// too long, which ends its motion, or is a lost answer.
     fn wait_for_answer(&mut self, since_ns: u64, now_ns: u64) -> Option<Wait> {
+        if self.strict && now_ns > since_ns + TICK_NS {
+            return None;
+        }
         if now_ns > since_ns + SILENCE_NS {
             self.net.drop_client();
             self.client_ended();

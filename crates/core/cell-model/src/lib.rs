@@ -19,7 +19,7 @@ mod toml_text;
 pub mod user_file;
 
 pub use behavior::suggest;
-pub use cells::cell::{ArmSpec, Cell, FixtureSpec, ObjectSpec};
+pub use cells::cell::{ArmSpec, CLIENT_CONTROLLER, Cell, FixtureSpec, ObjectSpec};
 pub use cells::task_table::TaskTable;
 pub use check::Checker;
 pub use data::Data;

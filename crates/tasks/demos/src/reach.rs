@@ -60,6 +60,9 @@ impl Policy for Follow {
     ) {
         out.phase = Text::new("FOLLOW");
         for arm in 0..self.setup.arms.len() {
+            if self.setup.arms.get(arm).is_some_and(|arm| arm.is_absent) {
+                continue;
+            }
             let mut world = World::new(&self.setup, observation, job, out, arm);
             FollowOperator.step(&mut Progress::default(), &mut world);
             // `target_seq` 0: no operator has set a target yet.

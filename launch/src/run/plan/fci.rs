@@ -1,23 +1,25 @@
 //! The controllers of the arms, and where the Franka control interface listens.
 
-use std::net::{IpAddr, Ipv4Addr, TcpListener};
+use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener};
 
 use cell_model::Cell;
+use cell_model::runs::spec::Fci;
 use supervisor::failure::Failure;
 
 use crate::cli::{ControllerArgs, ControllerOf};
-use crate::cli_robot::FCI;
 use crate::say;
+
+mod holder;
 
 /// TCP ports of the arm and of the hand.
 const PORTS: [u16; 2] = [1337, 1338];
 
 /// Puts the controllers of the command line in place of those of the cell file, and gives by
-/// arm the address of its interface.
+/// arm its interface.
 pub(super) fn controllers_of(
     args: &ControllerArgs,
     cell: &mut Cell,
-) -> Result<Vec<Option<IpAddr>>, Failure> {
+) -> Result<Vec<Option<Fci>>, Failure> {
     let mut given = vec![None; cell.arms.len()];
     for of in &args.controller {
         let arm = arm_of(of, cell)?;
@@ -26,9 +28,9 @@ pub(super) fn controllers_of(
     }
     let mut next = Ipv4Addr::LOCALHOST;
     let arms = cell.arms.iter().zip(given);
-    let addresses: Vec<Option<IpAddr>> = arms
+    let interfaces: Vec<Option<Fci>> = arms
         .map(|(arm, given)| {
-            let is_fci = arm.controller.as_deref() == Some(FCI);
+            let is_fci = arm.has_client();
             let default = IpAddr::V4(next);
             // The n-th interface: 127.0.0.n.
             next = if is_fci {
@@ -36,11 +38,14 @@ pub(super) fn controllers_of(
             } else {
                 next
             };
-            is_fci.then(|| given.unwrap_or(default))
+            is_fci.then(|| Fci {
+                address: given.unwrap_or(default),
+                strict: args.strict,
+            })
         })
         .collect();
-    check(args, cell, &addresses)?;
-    Ok(addresses)
+    check(args, cell, &interfaces)?;
+    Ok(interfaces)
 }
 
 fn arm_of(of: &ControllerOf, cell: &Cell) -> Result<usize, Failure> {
@@ -68,9 +73,9 @@ fn arm_of(of: &ControllerOf, cell: &Cell) -> Result<usize, Failure> {
     })
 }
 
-fn check(args: &ControllerArgs, cell: &Cell, addresses: &[Option<IpAddr>]) -> Result<(), Failure> {
-    for (arm, address) in cell.arms.iter().zip(addresses) {
-        let Some(address) = address else {
+fn check(args: &ControllerArgs, cell: &Cell, interfaces: &[Option<Fci>]) -> Result<(), Failure> {
+    for (arm, fci) in cell.arms.iter().zip(interfaces) {
+        let Some(Fci { address, .. }) = fci else {
             continue;
         };
         if !arm.robot.arm_units().iter().all(|unit| *unit == "rad")
@@ -98,13 +103,17 @@ fn check(args: &ControllerArgs, cell: &Cell, addresses: &[Option<IpAddr>]) -> Re
 }
 
 /// Refuses addresses that another program listens at.
-pub(super) fn check_free(addresses: &[Option<IpAddr>]) -> Result<(), Failure> {
-    for address in addresses.iter().flatten() {
+pub(super) fn check_free(interfaces: &[Option<Fci>]) -> Result<(), Failure> {
+    for Fci { address, .. } in interfaces.iter().flatten() {
         for port in PORTS {
             if let Err(error) = TcpListener::bind((*address, port)) {
+                let at = SocketAddr::new(*address, port);
+                let holder = holder::of(at).map_or_else(
+                    || "`ss -ltnp` names the program that has the port".to_owned(),
+                    |(name, pid)| format!("{name} (process {pid}) has the port"),
+                );
                 return Err(Failure::configuration(format!(
-                    "the Franka control interface cannot listen at {address}:{port}: {error}; \
-                     `ss -ltnp` names the program that has the port, and \
+                    "the Franka control interface cannot listen at {at}: {error}; {holder}, and \
                      `--controller ARM=fci@ADDRESS` chooses another address"
                 )));
             }

@@ -1,12 +1,12 @@
 //! The inputs of a run: its cell, programs, policy and script.
 
-use std::net::IpAddr;
 use std::path::PathBuf;
 
 use cell_model::cells::replace::{Replace, of_arguments};
 use cell_model::cells::script::{self, ScriptLine};
 use cell_model::runs::policy_server::PolicyServer;
 use cell_model::runs::report;
+use cell_model::runs::spec::Fci;
 use cell_model::{Cell, RobotFiles, user_file};
 use supervisor::failure::{Context, Failure};
 
@@ -27,8 +27,8 @@ pub(super) struct Inputs {
     pub(super) program: Option<PathBuf>,
     /// The controller program of each arm.
     pub(super) controllers: Vec<Option<PathBuf>>,
-    /// By arm: the address of its Franka control interface.
-    pub(super) fci: Vec<Option<IpAddr>>,
+    /// By arm: its Franka control interface.
+    pub(super) fci: Vec<Option<Fci>>,
     /// Answers of leaves that are not run.
     pub(super) replace: Vec<Replace>,
     pub(super) policy: String,

@@ -11,7 +11,6 @@ use supervisor::failure::Failure;
 use supervisor::run::policy::choose;
 
 use crate::cli::RunArgs;
-use crate::cli_robot::FCI;
 use crate::task_program;
 
 /// The policy asked for, or the demo's default, and its drawing. The task program
@@ -24,9 +23,7 @@ pub(super) fn policy_of(
     program: Option<&Path>,
 ) -> Result<(String, String), Failure> {
     let arms = &cell.arms;
-    let has_own_arm = arms
-        .iter()
-        .any(|arm| arm.controller.as_deref() != Some(FCI));
+    let has_own_arm = arms.iter().any(|arm| !arm.has_client());
     let policy = match args.scene.policy.as_deref() {
         // No task can command an arm that has a client.
         _ if !has_own_arm && !arms.is_empty() => CLIENT_POLICY.to_owned(),

@@ -24,10 +24,20 @@ fn words(at: Ipv4Addr) -> Vec<String> {
 
 /// A run until the first client has ended, in lockstep, and what `client` does meanwhile.
 fn run(base: &Path, at: Ipv4Addr, client: impl FnOnce() + Send + 'static) -> Said {
+    run_with(base, at, &[], client)
+}
+
+fn run_with(
+    base: &Path,
+    at: Ipv4Addr,
+    more: &[&str],
+    client: impl FnOnce() + Send + 'static,
+) -> Said {
     let words = words(at);
     let mut words: Vec<&str> = words.iter().map(String::as_str).collect();
     words.insert(0, "run");
     words.extend(["--headless", "--speed", "max", "--until-done", "--json"]);
+    words.extend(more);
     let client = std::thread::spawn(client);
     let said = finish(robocell(base, &words));
     let is_fine = client.join().is_ok();
@@ -95,6 +105,54 @@ fn a_reflex_fails_the_run_and_is_an_incident() {
         "{}",
         said.stderr
     );
+}
+
+#[test]
+fn in_strict_lockstep_a_silent_client_gets_the_error_of_the_robot() {
+    let (at, base) = (address(6), base());
+    let said = run_with(base.path(), at, &["--strict"], move || {
+        let mut client = Client::connect(at, 10).unwrap();
+        let mut state = client.start();
+        client.answer(&state, 0.0, false);
+        while state.robot_mode != 4 {
+            state = client.state();
+        }
+        assert_eq!(client.status(), 8);
+    });
+    assert_eq!(said.code, 5, "{}{}", said.stdout, said.stderr);
+    let reason = "communication_constraints_violation";
+    assert_eq!(summary(&said)["reason"], reason);
+    assert!(
+        said.stderr.contains("limit 20; answers after never x 20"),
+        "{}",
+        said.stderr
+    );
+}
+
+#[test]
+fn a_task_of_two_arms_does_its_part_without_the_arm_of_a_client() {
+    let base = base();
+    let controller = format!("left=fci@{}", address(7));
+    let words = [
+        "run",
+        "franka-pyramid",
+        "--controller",
+        &controller,
+        "--headless",
+    ];
+    let more = [
+        "--speed",
+        "max",
+        "--until-done",
+        "--timeout",
+        "240",
+        "--json",
+    ];
+    let said = finish(robocell(base.path(), &[&words[..], &more[..]].concat()));
+    assert_eq!(said.code, 0, "{}{}", said.stdout, said.stderr);
+    let summary = summary(&said);
+    let placed = summary["placed"].as_array().map_or(0, Vec::len);
+    assert_eq!(placed, 3, "{summary}");
 }
 
 #[test]
@@ -167,4 +225,6 @@ fn the_command_line_says_what_cannot_be() {
     let _taken = std::net::TcpListener::bind((address(5), 1337)).unwrap();
     let taken = refused(&["reach", "--robot", "fr3", "--controller", "fci@127.0.13.5"]);
     assert!(taken.contains("127.0.13.5:1337"), "{taken}");
+    let holder = format!("(process {})", std::process::id());
+    assert!(taken.contains(&holder), "{taken}");
 }

@@ -28,7 +28,7 @@ use object::place;
 pub use crate::cells::file::{
     Camera, ConveyorTable, DispenserTable, Disturbance, SensorTable, SpawnArea, SupplyTable,
 };
-pub use arm::ArmSpec;
+pub use arm::{ArmSpec, CLIENT_CONTROLLER};
 pub use camera::{CameraMount, CameraSpec, MAX_PIXELS, looking};
 pub use fixture::FixtureSpec;
 pub use object::ObjectSpec;

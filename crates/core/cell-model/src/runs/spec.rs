@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::cells::cell::Cell;
+use crate::cells::cell::{CLIENT_CONTROLLER, Cell};
 use crate::cells::replace::Replace;
 use crate::cells::script::ScriptLine;
 use crate::cells::setting::Setting;
@@ -59,9 +59,9 @@ pub struct RunSpec {
     /// By arm: the program with its controllers, if it is not the built-in one.
     #[serde(default)]
     pub controller_programs: Vec<Option<PathBuf>>,
-    /// By arm: the address of its Franka control interface, where it has one.
+    /// By arm: its Franka control interface, where it has one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub fci: Vec<Option<IpAddr>>,
+    pub fci: Vec<Option<Fci>>,
     /// Folder in which the launcher put the built-in files for the processes of this run.
     #[serde(default)]
     pub built_in_dir: PathBuf,
@@ -175,6 +175,15 @@ pub enum RunSpecError {
     },
 }
 
+/// The Franka control interface of an arm.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Fci {
+    /// Where it listens.
+    pub address: IpAddr,
+    /// Also in lockstep a client has a millisecond of wall time for each answer.
+    pub strict: bool,
+}
+
 impl RunSpec {
     /// Name of the file inside the run directory.
     pub const FILE: &'static str = "run.json";
@@ -233,6 +242,11 @@ impl RunSpec {
         let mut cell =
             Cell::load_with(data, &self.demo, self.seed, self.robot.as_ref(), &self.set)?;
         self.bins.map_or(Ok(()), |bins| cell.limit_bins(bins))?;
+        for (arm, fci) in cell.arms.iter_mut().zip(&self.fci) {
+            if fci.is_some() {
+                arm.controller = Some(CLIENT_CONTROLLER.to_owned());
+            }
+        }
         cell.replace.clone_from(&self.replace);
         cell.policy_server.clone_from(&self.policy_server);
         Ok(cell)

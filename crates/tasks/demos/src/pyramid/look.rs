@@ -152,8 +152,9 @@ impl Look<'_, '_> {
             let lacks = self.job.task.required_count as usize - self.layers(arm, None);
             !self.is_fetched_by(arm, position) && fetched.count() < lacks
         };
-        let others = (0..self.world.setup.arms.len()).filter(|arm| *arm != self.world.arm);
-        others.into_iter().any(needs) && self.handover_place(cube).is_some()
+        let arms = self.world.setup.arms.iter().enumerate();
+        let mut others = arms.filter(|(index, arm)| *index != self.world.arm && !arm.is_absent);
+        others.any(|(arm, _)| needs(arm)) && self.handover_place(cube).is_some()
     }
 
     /// The position of a cube that is in no stack and in no gripper (m).

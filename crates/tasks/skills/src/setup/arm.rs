@@ -90,6 +90,8 @@ impl Tool {
 pub struct ArmSetup {
     /// Its name in the cell file.
     pub name: String,
+    /// Client programs command it: for the task it is absent, and reaches nothing.
+    pub is_absent: bool,
     /// Its base, world frame (m).
     pub base: Vector3<f64>,
     /// Its joint positions at the start (rad or m).
@@ -114,7 +116,7 @@ impl ArmSetup {
     /// Whether a point is within `reach_m` (m) of the base, in the plane and in height.
     pub fn is_within(&self, point: Vector3<f64>, reach_m: f64) -> bool {
         let off = point - self.base;
-        off.xy().norm() <= reach_m && off.z.abs() <= reach_m
+        !self.is_absent && off.xy().norm() <= reach_m && off.z.abs() <= reach_m
     }
 
     /// Whether a joint is more than half a turn from its position at the start: the elbow or
@@ -140,6 +142,7 @@ impl ArmSetup {
                 orientation_wxyz: [orientation.w, orientation.i, orientation.j, orientation.k],
             },
             name: spec.name.clone(),
+            is_absent: spec.has_client(),
             base: spec.base.translation.vector,
             home,
             tool: Tool::of(&spec.robot),

@@ -29,6 +29,16 @@ pub struct ArmSpec {
     pub controller: Option<String>,
 }
 
+/// Controller of an arm that client programs command over the network.
+pub const CLIENT_CONTROLLER: &str = "fci";
+
+impl ArmSpec {
+    /// Whether client programs command it over the network: no task does.
+    pub fn has_client(&self) -> bool {
+        self.controller.as_deref() == Some(CLIENT_CONTROLLER)
+    }
+}
+
 /// The arm of a table, number `index` of the cell file, with the robot of the table or with
 /// `robot` in its place.
 pub(super) fn load_arm(

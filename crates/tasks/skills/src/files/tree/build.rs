@@ -50,7 +50,10 @@ impl TreePolicy {
     }
 
     fn add(&mut self, tree: Tree<Station>, graph: Graph, board: usize) {
+        let arm = self.setup.arms.get(self.arms.len());
+        let is_absent = arm.is_some_and(|arm| arm.is_absent);
         self.arms.push(ArmTree {
+            is_absent,
             trace: TreeTrace::new(&graph),
             phases: phases::names(&graph.name, &graph),
             tree,

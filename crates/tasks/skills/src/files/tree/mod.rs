@@ -105,6 +105,8 @@ struct ArmTree {
     phases: Vec<Phase>,
     trace: TreeTrace,
     memory: ArmMemory,
+    /// No tree commands an arm that has a client.
+    is_absent: bool,
     /// Its result in the decision before.
     status: Status,
     /// The node whose failure was reported last.
@@ -126,7 +128,8 @@ impl TreePolicy {
     }
 
     fn is_done(&self) -> bool {
-        self.arms.iter().all(|arm| arm.status == Status::Success)
+        let mut arms = self.arms.iter().filter(|arm| !arm.is_absent);
+        arms.all(|arm| arm.status == Status::Success)
     }
 
     /// Whether there are several arms. With one arm a goal is a phase, and the job has the held
@@ -178,10 +181,10 @@ impl AnyPolicy for TreePolicy {
         let all_done = self.is_done();
         let mut waits = [None; MAX_ARMS];
         for arm in 0..self.arms.len() {
-            let Some((mut memory, status)) = self.arms.get(arm).map(|it| (it.memory, it.status))
-            else {
+            let Some(it) = self.arms.get(arm).filter(|it| !it.is_absent) else {
                 continue;
             };
+            let (mut memory, status) = (it.memory, it.status);
             let mut world = World::new(&setup, observation, job, out, arm);
             world.resumed = resumed;
             if self.is_of_several() {
