@@ -137,6 +137,9 @@ pub(crate) fn reflex(reflex: &Reflex) -> String {
 
 /// Four digits of a number.
 fn short(value: f64) -> String {
+    if value != 0.0 && value.abs() < 1.0e-3 {
+        return format!("{value:.3e}");
+    }
     let digits = if value.abs() >= 100.0 { 0 } else { 4 };
     let text = format!("{value:.digits$}");
     match text.split_once('.') {

@@ -140,6 +140,8 @@ pub struct Arm {
     answer: Option<RobotCommand>,
     late: [Option<LateAnswer>; LOST_ANSWERS as usize],
     joints: [RampState; JOINTS],
+    /// After the first command of a motion: the joints there, at rest.
+    start: Option<[RampState; JOINTS]>,
     tool: Tool,
     torques: [f64; JOINTS],
     external: [f64; JOINTS],
@@ -188,6 +190,7 @@ impl Arm {
             answer: None,
             late: [None; LOST_ANSWERS as usize],
             joints,
+            start: None,
             tool: Tool::at(pose),
             torques: [0.0; JOINTS],
             external: [0.0; JOINTS],

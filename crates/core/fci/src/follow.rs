@@ -10,6 +10,9 @@ use crate::kinematics::{Joints, smallest};
 use crate::limits::CYCLE_S;
 use crate::motion::{Before, Broken, Generator, Tool, check, check_tool};
 
+/// Rounding of positions by a state, seen through the inverse kinematics (rad).
+const START_ROUNDING: f64 = 1.0e-6;
+
 /// Joints and end effector after `command`.
 pub(crate) fn follow(
     before: &Before<'_>,
@@ -38,6 +41,42 @@ pub(crate) fn follow(
         check(before, generator, &joints)?;
     }
     Ok((joints, tool))
+}
+
+/// The start at rest where the first command of positions or poses is, if that is between the
+/// commanded and the measured pose: clients of libfranka 0.21 begin at the measured one.
+pub(crate) fn start(
+    before: &Before<'_>,
+    generator: Generator,
+    command: &RobotCommand,
+) -> Option<([RampState; JOINTS], Tool)> {
+    let positions = match generator {
+        Generator::JointPosition => command.positions,
+        Generator::CartesianPose => {
+            let pose = pose_of(&command.pose).ok()?;
+            let (at, end) = (at(before), before.end_effector);
+            before.kinematics.solve((&at, 0.0), end, &pose)?.into()
+        }
+        _ => return None,
+    };
+    let joints = before.joints.iter().zip(before.measured).zip(&positions);
+    let mut off = joints.map(|((last, measured), wanted)| {
+        (wanted - last.position).abs() - (measured - last.position).abs()
+    });
+    if !off.all(|off| off <= START_ROUNDING) {
+        return None;
+    }
+    let joints = positions.map(|position| RampState {
+        position,
+        ..RampState::default()
+    });
+    Some((joints, rest(before, &joints)))
+}
+
+/// The end effector at rest.
+pub(crate) fn rest(before: &Before<'_>, joints: &[RampState; JOINTS]) -> Tool {
+    let positions = Joints::from_fn(|joint, _| joints[joint].position);
+    Tool::at(before.kinematics.flange(&positions) * before.end_effector)
 }
 
 fn positions(before: &Before<'_>, wanted: &[f64; JOINTS]) -> [RampState; JOINTS] {

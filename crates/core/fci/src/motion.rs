@@ -60,6 +60,8 @@ pub(crate) struct Before<'a> {
     pub(crate) end_effector: &'a Isometry3<f64>,
     /// Joints as commanded last.
     pub(crate) joints: &'a [RampState; JOINTS],
+    /// Positions of the joints as measured (rad).
+    pub(crate) measured: &'a [f64; JOINTS],
     /// Pose of the end effector as commanded last.
     pub(crate) tool: &'a Tool,
     /// Whether this is the first command of the motion.

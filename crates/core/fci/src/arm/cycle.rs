@@ -5,7 +5,7 @@ use cell_model::ramp::{self, RampState};
 use super::{Arm, LOST_ANSWERS, LateAnswer, Measured, Mode, Motion, Reflex, Setpoint};
 use crate::datagram::RobotCommand;
 use crate::error::Error;
-use crate::follow::follow;
+use crate::follow::{follow, rest, start};
 use crate::kinematics::Joints;
 use crate::limits::{CYCLE_S, TOLERANCE};
 use crate::motion::{Before, Broken, Generator, Tool, check_torques};
@@ -15,6 +15,13 @@ use crate::request::MoveStatus;
 const TOUCHING_M: f64 = 0.0;
 /// Distances beyond this are not computed (m).
 const REACH_M: f64 = 0.02;
+
+/// Joints and end effector, and the joints at rest after a first command.
+type Followed = (
+    [RampState; super::JOINTS],
+    Tool,
+    Option<[RampState; super::JOINTS]>,
+);
 
 impl Arm {
     /// One cycle: takes the answer to the last state, if there is one, and gives the setpoint.
@@ -110,24 +117,63 @@ impl Arm {
             self.follow_measured(motion, measured);
             return Ok(());
         }
-        let end_effector = self.end_effector();
-        let (joints, tool) = follow(
-            &Before {
-                limits: &self.limits,
-                kinematics: &self.kinematics,
-                end_effector: &end_effector,
-                joints: &self.joints,
-                tool: &self.tool,
-                is_first,
-                is_last: command.is_finished,
-            },
-            motion.generator,
-            command,
-        )?;
+        let (joints, tool, start) = self.followed(motion, command, is_first, measured)?;
         self.check_self(&joints)?;
-        (self.joints, self.tool) = (joints, tool);
+        (self.joints, self.tool, self.start) = (joints, tool, start);
         self.follow_by_joints(motion.generator);
         Ok(())
+    }
+
+    /// Joints and end effector after a command, and after the first one these at rest.
+    // A first command is the next step of the motion, or its start at rest: only the second one
+    // tells.
+    fn followed(
+        &self,
+        motion: &Motion,
+        command: &RobotCommand,
+        is_first: bool,
+        measured: &Measured,
+    ) -> Result<Followed, Broken> {
+        let end_effector = self.end_effector();
+        let before = Before {
+            limits: &self.limits,
+            kinematics: &self.kinematics,
+            end_effector: &end_effector,
+            joints: &self.joints,
+            measured: &measured.positions,
+            tool: &self.tool,
+            is_first,
+            is_last: command.is_finished,
+        };
+        let generator = motion.generator;
+        let is_by_pose = matches!(
+            generator,
+            Generator::JointPosition | Generator::CartesianPose
+        );
+        let broken = match follow(&before, generator, command) {
+            Ok((joints, tool)) => {
+                let at_rest = joints.map(|joint| RampState {
+                    position: joint.position,
+                    ..RampState::default()
+                });
+                return Ok((joints, tool, (is_first && is_by_pose).then_some(at_rest)));
+            }
+            Err(broken) => broken,
+        };
+        let other = match &self.start {
+            _ if is_first => start(&before, generator, command),
+            Some(joints) => {
+                let tool = &rest(&before, joints);
+                let before = Before {
+                    joints,
+                    tool,
+                    ..before
+                };
+                follow(&before, generator, command).ok()
+            }
+            None => None,
+        };
+        other.map_or(Err(broken), |(joints, tool)| Ok((joints, tool, None)))
     }
 
     /// Continues with constant acceleration; torques are repeated.

@@ -138,6 +138,7 @@ impl Arm {
         self.answered = 0;
         self.answered_id = self.message_id;
         self.answer = None;
+        self.start = None;
         self.late = Default::default();
         self.torques = Default::default();
         self.restart_tool();

@@ -124,6 +124,25 @@ fn a_motion_that_starts_elsewhere_is_refused_by_name() {
 }
 
 #[test]
+fn a_motion_may_start_where_the_arm_is_measured() {
+    // libfranka's own examples do. The larger step breaks the limits at once, the smaller one when
+    // the second command stays there.
+    for off in [5.0e-5, 3.0e-6] {
+        let mut bench = Bench::new();
+        bench.measured.positions[1] -= off;
+        let from = bench.measured.positions;
+        assert_eq!(bench.start(0, 0), 1);
+        for _ in 0..20 {
+            let mut answer = bench.answer();
+            answer.positions = from;
+            bench.cycle(&answer);
+            assert_eq!(bench.arm.take_reflex(), None);
+        }
+        assert!((bench.measured.positions[1] - from[1]).abs() < 1e-12);
+    }
+}
+
+#[test]
 fn a_velocity_limit_is_less_near_the_end_of_a_joint() {
     // Joint 7 accelerates at 9 rad/s², which its jerk limit allows from cycle 100 on.
     let mut bench = Bench::new();
