@@ -148,7 +148,7 @@ async function lasts({ page, until }) {
   const box = await page.locator(".time-track .bar").boundingBox();
   await page.mouse.move(box.x + box.width - 1, box.y + box.height / 2);
   await page.mouse.wheel(0, -1500);
-  await page.locator('.marks i.before[data-mark="drop"]').waitFor({ state: "attached" });
+  await page.locator('.marks .before', { hasText: "‹" }).locator('[data-mark="drop"][title*=" s  object lost"]').first().waitFor({ state: "attached" });
   await page.getByRole("button", { name: "All", exact: true }).click();
 }
 

@@ -47,7 +47,7 @@ export function drawnMarks(context: PanelContext, host: HTMLElement, span: () =>
     const shown = new Map(marks.map((mark) => [mark.key, nodes.get(mark.key) ?? mark.make()]));
     for (const { key, time_s } of marks) {
       const node = shown.get(key);
-      if (node !== undefined) node.style.left = `${(100 * (time_s - first)) / (last - first)}%`;
+      if (node !== undefined) node.style.setProperty("--at", `${(100 * (time_s - first)) / (last - first)}%`);
     }
     const isSame = shown.size === nodes.size && [...shown.keys()].every((key) => nodes.has(key));
     if (!isSame) replace(host, nodes, shown);
@@ -66,11 +66,12 @@ function replace(host: HTMLElement, before: Map<string, HTMLElement>, after: Map
 }
 
 function plain({ line, at_s, isBefore = false }: Seen): Mark {
-  const title = isBefore ? `${told(line)}\nbefore the time shown here; it lasts` : told(line);
+  const title = isBefore ? `${told(line)}\nearlier than the bar begins; it lasts` : told(line);
+  const symbol = () => el("i", { "data-mark": line.mark ?? "", title });
   return {
     key: `${line.mark} ${title}`,
     time_s: at_s,
-    make: () => el("i", { "data-mark": line.mark ?? "", class: isBefore ? "before" : "", title }),
+    make: () => (isBefore ? el("span", { class: "before", title }, "‹", symbol()) : symbol()),
   };
 }
 
