@@ -51,9 +51,14 @@ export interface Events {
 
 type Listener<K extends keyof Events> = (value: Events[K]) => void;
 
-/** A pause by a person is marked; objects that are pulled are by the `Witness`. */
-function withHand(line: LogLine): LogLine {
-  return line.mark === null && line.text === "operator: pause" ? { ...line, mark: "hand" } : line;
+/** A pause by a person is marked; objects that are pulled are by the `Witness`. The end of one of several arms is no end
+ * of the task. */
+function withMark(line: LogLine, scene: Scene | null): LogLine {
+  const { mark, text } = line;
+  if (mark === null && text === "operator: pause") return { ...line, mark: "hand" };
+  const arms = scene?.arms ?? [];
+  const isPart = mark === "done" && arms.length > 1 && arms.some(({ name }) => text === `[done] ${name}`);
+  return isPart ? { ...line, mark: "part" } : line;
 }
 
 /** One with the lane, epoch and beginning of a known one takes its place. */
@@ -253,7 +258,7 @@ export class Store {
         this.emit("lanes", this.lanes);
         break;
       case "marks":
-        this.marks = message.lines.map(withHand);
+        this.marks = message.lines.map((line) => withMark(line, this.scene));
         this.emit("lanes", this.lanes);
         break;
       case "timeline":
@@ -306,7 +311,7 @@ export class Store {
   private takeLog(lines: LogLine[], all: boolean): void {
     const known = this.log.length;
     if (all) this.log = [];
-    const marked = lines.map(withHand);
+    const marked = lines.map((line) => withMark(line, this.scene));
     this.log.push(...marked);
     if (all) this.insertOwn(this.hello?.live === false ? this.own.filter(({ time_s }) => time_s <= (this.snapshot?.time ?? 0)) : this.own);
     this.log.splice(0, this.log.length - KEPT_LINES);

@@ -29,7 +29,8 @@ const MARKS: [string, string][] = [
   ["hand", "by hand"],
   ["hand_failed", "failed by hand"],
   ["done", "done"],
-  ["fault", "fault"],
+  ["part", "one arm is done"],
+  ["fault", "failure"],
   ["incident", "incident: click to open"],
 ];
 
