@@ -110,13 +110,28 @@ export async function speed({ page, look, until, robocell, press }) {
   if (pending !== 0) throw new Error("a speed that is in force is marked as not applied");
 }
 
+/** A warning that is told again and again, in turn with another one, has one row with its count. */
+async function repeated({ page, look, same }) {
+  await look((r) => {
+    const { epoch } = r.store.log.at(-1);
+    const lines = [1, 2, 3].flatMap((time_s) => ["left", "right"].map((arm) => ({ time_s, kind: "log", text: `[warning] ${arm}: nothing is free`, mark: null, epoch })));
+    r.store.takeText({ t: "log", lines });
+  });
+  const rows = page.locator('.event[data-tone="warn"]', { hasText: "nothing is free" });
+  await rows.first().waitFor();
+  same("rows of two warnings", await rows.allInnerTexts().then((all) => all.map((text) => text.split(/\s+/).join(" "))), ["left", "right"].map((arm) => `3.00 [warning] ${arm}: nothing is free ×3`));
+}
+
 /** Kinds of lines are hidden and shown, and how many are hidden is said. */
-export async function filter({ page, until, robocell, press }) {
+export async function filter({ page, look, same, until, robocell, press }) {
   await press("robocell resume");
   robocell("pause");
   await until("the operator is in the log", (r) => r.store.log.some(({ text }) => text.startsWith("operator:")));
   const shown = page.locator(".event-list .event", { hasText: "operator:" });
   await shown.first().waitFor();
+  const colours = await shown.evaluateAll((nodes) => [...new Set(nodes.map((node) => getComputedStyle(node).borderLeftColor))]);
+  same("colours of what an operator did", colours, ["rgb(58, 71, 85)"]);
+  await repeated({ page, look, same });
   await page.locator(".event-bar").getByRole("button", { name: "operator" }).click();
   await shown.first().waitFor({ state: "detached" });
   await page.getByText(/\d+ hidden/).waitFor();
@@ -126,7 +141,7 @@ export async function filter({ page, until, robocell, press }) {
 }
 
 /** The speed and the loop of a recording. */
-export async function replaySpeed({ page, look, until }) {
+export async function replaySpeed({ page, look, until, same }) {
   await page.setViewportSize({ width: 1600, height: 900 });
   const rate = async () => {
     const [before, since] = [await time(look), Date.now()];
@@ -156,6 +171,8 @@ export async function replaySpeed({ page, look, until }) {
   await page.locator("#bottom .bar").focus();
   await page.keyboard.press("ArrowRight");
   await until("a tenth later", (r, at) => Math.abs(r.store.snapshot.time - at - 0.1) < 0.06, at);
+  // The first states are older than the first one of the objects.
+  same("what was wrong in a good run", await look((r) => r.store.wrong), []);
 }
 
 /** The moment of the past that is looked at outlives its run: `--loop` begins the next seed meanwhile. */

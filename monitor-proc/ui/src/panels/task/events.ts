@@ -2,8 +2,7 @@
 import type { LogLine } from "../../net/protocol";
 import type { PanelContext } from "../context";
 import { el, setAttr, setText } from "../dom";
-import { openIncident } from "../incident/index";
-import { lookAt } from "../seek";
+import { addRow, showRow, timeOf } from "./event-row";
 
 const SHOWN = 400;
 /** What a line is about; the first three are told by the task. */
@@ -57,9 +56,12 @@ export function eventLog(context: PanelContext): HTMLElement {
   /** A recording tells nothing before its clock, which is the time of the picture. */
   const replayed_s = () => (store.hello?.live === false ? (store.snapshot?.time ?? 0) : Infinity);
   const append = (lines: LogLine[]) => {
-    const rows = lines.filter(fits).slice(-SHOWN).map((line) => row(context, line));
-    for (const node of rows) node.hidden = timeOf(node) > replayed_s();
-    list.append(...rows);
+    const until_s = replayed_s();
+    for (const line of lines.filter(fits).slice(-SHOWN)) {
+      const node = addRow(context, list, line, kindOf(line));
+      showRow(node, Math.min(until_s, shown));
+      node.hidden = timeOf(node) > until_s;
+    }
     while (list.childElementCount > SHOWN) list.firstElementChild?.remove();
     const left = store.log.length - store.log.filter(fits).length;
     setText(hidden, left === 0 ? "" : `${left} hidden`);
@@ -95,7 +97,8 @@ export function eventLog(context: PanelContext): HTMLElement {
     shown = now;
     let last: Element | null = null;
     for (const node of list.children) {
-      const isLater = timeOf(node as HTMLElement) > now;
+      showRow(node, now);
+      const isLater = timeOf(node) > now;
       if (store.hello?.live === false) (node as HTMLElement).hidden = isLater;
       else node.classList.toggle("later", isLater);
       if (!isLater) last = node;
@@ -109,10 +112,6 @@ export function eventLog(context: PanelContext): HTMLElement {
   return el("div", { class: "events" }, el("div", { class: "row event-bar" }, filter, ...chips, hidden), empty, list);
 }
 
-function timeOf({ dataset }: HTMLElement): number {
-  return Number(dataset.time);
-}
-
 /** One tab stop for all lines: the arrows go from one to the next. */
 function moveFocus(list: HTMLElement, event: KeyboardEvent): void {
   const step = { ArrowUp: -1, ArrowDown: 1 }[event.key];
@@ -123,22 +122,4 @@ function moveFocus(list: HTMLElement, event: KeyboardEvent): void {
   if (next === undefined) return;
   event.preventDefault();
   next.focus();
-}
-
-function row(context: PanelContext, line: LogLine): HTMLElement {
-  const time = el("button", { type: "button", class: "event-time num", title: "Look at this moment", tabindex: -1 });
-  time.textContent = line.time_s.toFixed(2);
-  time.addEventListener("click", () => lookAt(context, line));
-  const node = el("div", { class: "event", "data-kind": line.kind }, time, el("span", {}, words(context, line)));
-  node.dataset.time = String(line.time_s);
-  if (line.mark !== null) node.dataset.mark = line.mark;
-  return node;
-}
-
-function words(context: PanelContext, line: LogLine): HTMLElement | string {
-  const number = line.incident;
-  if (number === undefined) return line.text;
-  const open = el("button", { type: "button", class: "event-open", tabindex: -1 }, line.text);
-  open.addEventListener("click", () => void openIncident(context, number));
-  return open;
 }
