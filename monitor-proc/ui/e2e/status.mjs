@@ -49,6 +49,7 @@ async function endedLooksEnded(page, look, same) {
   same("what was live", left, { factor: ["ended"], rates: ["ended"], decision: [], live: ["Ended"] });
   same("what pulses", await look(() => document.getAnimations().filter(({ playState }) => playState === "running").length), 0);
   same("icons of what would pause", await page.locator('[data-icon="pause"]').count(), 0);
+  await page.locator('#bottom .live[aria-disabled="true"] [data-icon="stop"]').waitFor();
   same("green badges", await page.locator('.badge[data-tone="ok"]:visible').count(), 0);
   await page.setViewportSize({ width: 1024, height: 768 });
   const tops = await look(() => ["#top .drawer-buttons", "#top [aria-label=Help]"].map((at) => document.querySelector(at).getBoundingClientRect().bottom));

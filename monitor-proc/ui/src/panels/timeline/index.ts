@@ -182,6 +182,7 @@ function shownTime(context: PanelContext, time: number, last: number): string {
 function liveButton(context: PanelContext, toNow: () => void): HTMLElement {
   const replay = () => context.store.hello?.live === false;
   const away = () => context.flag(FLAG.notLive) && !replay();
+  const isOver = () => context.link === "ended" || context.link === "refused";
   const node = button(context, {
     icon: "dot",
     label: "Live",
@@ -191,6 +192,7 @@ function liveButton(context: PanelContext, toNow: () => void): HTMLElement {
         ? (context.paused ? "Play the recording" : "Pause the recording")
         : away() ? "Back to the present" : `You see the present${context.paused ? ", and the clock is paused" : ""}; drag along the bar to look back`,
     twin: () => (replay() ? "robocell replay FILE" : null),
+    why: () => (isOver() ? "nothing comes any more" : null),
     run: () => {
       // Not around the playback: its next step would lead back into the past.
       if (!replay()) return toNow();
@@ -202,7 +204,7 @@ function liveButton(context: PanelContext, toNow: () => void): HTMLElement {
   context.pulse.add(node, () => {
     if (context.link !== "connected" && name !== null) {
       setText(name, sentence(context.link));
-      setIcon(node, context.link === "ended" || context.link === "refused" ? "play" : "dot");
+      setIcon(node, isOver() ? "stop" : "dot");
       setAttr(node, "data-tone", null);
       return;
     }
