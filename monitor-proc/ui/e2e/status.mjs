@@ -50,6 +50,7 @@ async function endedLooksEnded(page, look, same) {
   same("what pulses", await look(() => document.getAnimations().filter(({ playState }) => playState === "running").length), 0);
   same("icons of what would pause", await page.locator('[data-icon="pause"]').count(), 0);
   await page.locator('#bottom .live[aria-disabled="true"] [data-icon="stop"]').waitFor();
+  same("greyscale of what tells objects apart", await look(() => ["#view", "#left"].filter((at) => /grayscale|saturate\(0?\.[0-2]/.test(getComputedStyle(document.querySelector(at)).filter))), []);
   same("green badges", await page.locator('.badge[data-tone="ok"]:visible').count(), 0);
   await page.setViewportSize({ width: 1024, height: 768 });
   const tops = await look(() => ["#top .drawer-buttons", "#top [aria-label=Help]"].map((at) => document.querySelector(at).getBoundingClientRect().bottom));
