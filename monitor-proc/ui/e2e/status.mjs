@@ -156,7 +156,8 @@ async function lasts({ page, until }) {
 
 /** The end of a task that says nothing of it: mark, event, phase, graph and table. */
 async function done({ page, look, same }) {
-  await page.locator("#status .state", { hasText: /^Done$/ }).waitFor();
+  await page.locator('#status[data-tone="done"] .state', { hasText: /^Done$/ }).waitFor();
+  await page.locator(".summary .badge", { hasText: /^done$/ }).waitFor();
   await page.locator('.marks [data-mark="done"]').waitFor({ state: "attached" });
   await page.locator('.event[data-mark="done"]').waitFor();
   await page.locator('.lane[data-lane="phase"] i', { hasText: /^done$/ }).waitFor();

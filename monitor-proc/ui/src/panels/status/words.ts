@@ -42,7 +42,8 @@ export type Action = "again" | "moment" | "play" | "reset" | "resume" | "start";
 type Tone = "ok" | "info" | "warn" | "bad" | "stale";
 
 export interface Line {
-  tone: Tone;
+  /** `done`: the task is done and nothing went wrong since. */
+  tone: Tone | "done";
   /** One to four words. */
   state: string;
   detail: string;
@@ -78,7 +79,11 @@ const line = (tone: Tone, state: string, detail: string[], actions: Action[] = [
 
 export function lineOf(facts: Facts): Line {
   const told = taskOf(facts);
-  return connection(facts, told) ?? source(facts, told) ?? clock(facts, told) ?? line(told.tone, told.word, told.detail, told.actions);
+  return connection(facts, told) ?? source(facts, told) ?? clock(facts, told) ?? now(told);
+}
+
+function now({ tone, word, detail, actions }: Told): Line {
+  return { ...line(tone, word, detail, actions), ...(word === "Done" && tone === "ok" ? { tone: "done" } : {}) };
 }
 
 function clockTime(ms: number): string {

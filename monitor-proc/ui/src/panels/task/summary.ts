@@ -80,8 +80,6 @@ export function taskSummary(context: PanelContext): HTMLElement {
     const title = titleOf(store, task);
     setText(outcome, text);
     setAttr(outcome, "data-tone", tone);
-    // The title says it already.
-    outcome.hidden = text === title.toLowerCase();
     setText(phase, title);
     setAttr(phase, "data-tone", { FAILED: "bad", DONE: "ok" }[title] ?? null);
     setText(policy, task.policy);
