@@ -47,11 +47,16 @@ async function endedLooksEnded(page, look, same) {
     return { factor: shown(".factor"), rates: [...new Set(shown(".process .head .num:first-of-type"))], decision: shown(".summary .num:not(b)"), live: shown("#bottom .live") };
   });
   same("what was live", left, { factor: ["ended"], rates: ["ended"], decision: [], live: ["Ended"] });
-  same("what pulses", await look(() => document.getAnimations().filter(({ playState }) => playState === "running").length), 0);
+  same("what pulses", await look(() => document.getAnimations().filter((one) => one instanceof CSSAnimation && one.playState === "running").length), 0);
   same("icons of what would pause", await page.locator('[data-icon="pause"]').count(), 0);
   await page.locator('#bottom .live[aria-disabled="true"] [data-icon="stop"]').waitFor();
   same("greyscale of what tells objects apart", await look(() => ["#view", "#left"].filter((at) => /grayscale|saturate\(0?\.[0-2]/.test(getComputedStyle(document.querySelector(at)).filter))), []);
   same("green badges", await page.locator('.badge[data-tone="ok"]:visible').count(), 0);
+  const edges = await look(() => {
+    const [bar, said, command] = ["#status", "#status .said", "#status .command"].map((at) => document.querySelector(at).getBoundingClientRect());
+    return [said.top - bar.top, bar.bottom - command.bottom].map(Math.round);
+  });
+  if (edges.some((px) => px < 6 || px > 14)) throw new Error(`above and below the text of the bar are ${edges} px`);
   await page.setViewportSize({ width: 1024, height: 768 });
   const tops = await look(() => ["#top .drawer-buttons", "#top [aria-label=Help]"].map((at) => document.querySelector(at).getBoundingClientRect().bottom));
   if (Math.abs(tops[0] - tops[1]) > 8) throw new Error(`the bar on top has two lines at 1024 px: ${tops}`);
@@ -138,7 +143,7 @@ export async function told({ page, robocell, look, until, same }) {
   await page.locator('.marks [data-mark="drop"]').first().waitFor({ state: "attached" });
   robocell("reset");
   robocell("resume");
-  await done({ page, look, same });
+  await done({ page, robocell, look, same });
 }
 
 /** A state that lasts has one word everywhere, and its mark also where the window begins later. */
@@ -155,7 +160,7 @@ async function lasts({ page, until }) {
 }
 
 /** The end of a task that says nothing of it: mark, event, phase, graph and table. */
-async function done({ page, look, same }) {
+async function done({ page, robocell, look, same }) {
   await page.locator('#status[data-tone="done"] .state', { hasText: /^Done$/ }).waitFor();
   await page.locator(".summary .badge", { hasText: /^done$/ }).waitFor();
   await page.locator('.marks [data-mark="done"]').waitFor({ state: "attached" });
@@ -165,4 +170,10 @@ async function done({ page, look, same }) {
   await page.locator('.machine .state[data-status="S"]').waitFor();
   const ways = await look(() => [document.querySelector(".live-table tr.last td:nth-child(2)"), document.querySelector('.machine .state[data-status="S"] text')].map((node) => node.textContent));
   same("where the last transition leads", ways[0], `→ ${ways[1]}`);
+  robocell("pause");
+  await page.locator("#status .state", { hasText: /^Paused · done$/ }).waitFor();
+  await page.locator("#status .button.primary:visible", { hasText: "Run again" }).waitFor();
+  await page.locator(".task-buttons .button.primary", { hasText: "Run again" }).waitFor();
+  await page.locator("#status .button:not(.primary):visible", { hasText: "Play" }).waitFor();
+  await page.locator("#top .play:not(.primary)").waitFor();
 }

@@ -96,6 +96,12 @@ export class PanelContext {
     return this.flag(FLAG.paused);
   }
 
+  /** Whether the task of this cell has ended: simulated time that continues brings nothing. */
+  get isTaskOver(): boolean {
+    const outcome = this.store.status?.task.outcome;
+    return this.store.hello?.live !== false && (outcome === "done" || outcome === "failed");
+  }
+
   /** Sends commands one after the other, until one is refused. */
   async send(...commands: Command[]): Promise<boolean> {
     for (const command of commands) {

@@ -60,7 +60,7 @@ function actions(context: PanelContext): Record<Action, ButtonSpec> {
       about: () => "Let simulated time advance",
       twin: () => "robocell resume",
       why,
-      primary: () => why() === null,
+      primary: () => why() === null && !context.isTaskOver,
       run: () => context.send({ do: "resume" }),
     },
     again,

@@ -6,7 +6,7 @@ export type TaskAction = "again" | "start" | "pause" | "resume" | "reset";
 
 export function taskActions(context: PanelContext): Record<TaskAction, ButtonSpec> {
   const why = () => context.cellRefusal();
-  // While the clock is paused, Play comes first.
+  // While the clock is paused, Play comes first, unless the task has ended.
   const primary = () => !context.paused && why() === null;
   const waits = () => context.store.scene?.start_event === true;
   return {
@@ -15,7 +15,7 @@ export function taskActions(context: PanelContext): Record<TaskAction, ButtonSpe
       about: () => "Reset the scene and run the task again",
       twin: () => `robocell reset; robocell resume${waits() ? "; robocell task start" : ""}`,
       why,
-      primary,
+      primary: () => why() === null,
       run: () => again(context, waits()),
     },
     start: {
@@ -28,7 +28,8 @@ export function taskActions(context: PanelContext): Record<TaskAction, ButtonSpe
     },
     pause: {
       label: "Pause Task",
-      about: () => "Pause the task: you lead arm and gripper",
+      // An arm is led while the task is paused, also of a task that has ended.
+      about: () => `Pause the task${context.isTaskOver ? ", which has ended" : ""}: you lead arm and gripper`,
       twin: () => "robocell task pause",
       why,
       run: () => context.send({ do: "task_pause" }),

@@ -43,7 +43,7 @@ export function mountTop(context: PanelContext, host: HTMLElement, act: Actions,
     const { snapshot } = context;
     // Nothing is to be paused where nothing runs.
     setIcon(play, context.paused || context.isStale || !snapshot ? "play" : "pause");
-    play.classList.toggle("primary", context.paused);
+    play.classList.toggle("primary", context.paused && !context.isTaskOver);
     if (!snapshot) return;
     setText(clock, `${snapshot.time.toFixed(2)} s`);
     setTitle(clock, `Simulated time; tick ${snapshot.tick}`);
