@@ -48,6 +48,10 @@ function stateWords(state: ObjectState | undefined, parked: boolean): string {
   if (state === undefined) return "not in the scene";
   if ((state.flags & OBJECT.enabled) === 0) return parked ? "to come: a device brings it" : "lost: it fell out of the cell";
   if ((state.flags & OBJECT.dragged) !== 0) return "dragged";
-  const isStill = norm(state.linear) < STILL_M_S && norm(state.angular) < STILL_RAD_S;
-  return isStill || (state.flags & OBJECT.asleep) !== 0 ? "at rest" : "moves";
+  return isAtRest(state) ? "at rest" : "moves";
+}
+
+/** Whether an object stays where it is, with contacts that physics computes or without. */
+export function isAtRest({ linear, angular, flags }: ObjectState): boolean {
+  return (norm(linear) < STILL_M_S && norm(angular) < STILL_RAD_S) || (flags & OBJECT.asleep) !== 0;
 }

@@ -1,9 +1,10 @@
 // What is in the scene; a click selects it in the view.
 import type { Scene } from "../../net/protocol";
-import { OBJECT } from "../../net/snapshot";
+import { OBJECT, type ObjectState } from "../../net/snapshot";
 import type { PanelContext } from "../context";
 import { el, setAttr, setText } from "../dom";
 import { css } from "../format";
+import { isAtRest } from "../inspect/object";
 
 type Refresh = () => void;
 
@@ -93,13 +94,14 @@ function objects(context: PanelContext, scene: Scene, refreshes: Refresh[]): HTM
     refreshes.push(() => {
       const now = context.snapshot?.objects[index];
       if (!now) return;
+      const isStill = isAtRest(now);
       const holder = context.snapshot?.arms.findIndex((arm) => arm.held === index) ?? -1;
       // A hundred rows ten times a second: to ask the page for their texts takes longer.
       const isFallen = context.store.fallen.includes(object.name);
-      const key = `${now.flags} ${holder} ${isFallen} ${Math.round(1000 * now.pose[2])}`;
+      const key = `${now.flags} ${holder} ${isFallen} ${isStill} ${Math.round(1000 * now.pose[2])}`;
       if (key === before) return;
       before = key;
-      const words = objectState(now.flags, object.parked === true && !isFallen, holder < 0 ? null : context.armName(holder), now.pose[2]);
+      const words = objectState(now, object.parked === true && !isFallen, holder < 0 ? null : context.armName(holder), isStill);
       setText(state, words);
       setAttr(state, "data-tone", words === "lost" ? "bad" : null);
     });
@@ -107,14 +109,14 @@ function objects(context: PanelContext, scene: Scene, refreshes: Refresh[]): HTM
   });
 }
 
-function objectState(flags: number, parked: boolean, holder: string | null, z: number): string {
+function objectState({ flags, pose }: ObjectState, parked: boolean, holder: string | null, isStill: boolean): string {
   if ((flags & OBJECT.enabled) === 0) return parked ? "to come" : "lost";
   const words = [];
   if (holder !== null) words.push(`held by ${holder}`);
   else if ((flags & OBJECT.dragged) !== 0) words.push("dragged");
   else if ((flags & OBJECT.touched) !== 0) words.push("touched");
-  else if ((flags & OBJECT.asleep) !== 0) words.push("at rest");
-  words.push(`z ${z.toFixed(3)} m`);
+  else if (isStill) words.push("at rest");
+  words.push(`z ${pose[2].toFixed(3)} m`);
   return words.join(" · ");
 }
 
