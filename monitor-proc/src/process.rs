@@ -187,7 +187,7 @@ impl MonitorProcess {
             self.tick = state.header.tick;
             self.ending = state.has(FLAG_ENDING);
             self.broadcast.set_epoch(state.header.generation);
-            self.pauses.state(&state, start_ns);
+            self.pauses.state(state, start_ns);
         }
         // The trace before the page's frames: a frame must not show what its log does not know.
         self.drain();
