@@ -236,6 +236,13 @@ export async function guards(test) {
   await until("two seconds passed", (r, time) => r.store.snapshot.time > time + 2, time);
   const later = await age();
   if (!(later > before + 1 || later < 1)) throw new Error(`ATTACHED was ${before} s old, then ${later} s`);
+  // A row that is shown again is no new answer.
+  const old = page.locator(".value-row.old", { hasText: "ATTACHED" }).first();
+  await page.setViewportSize({ width: 390, height: 844 });
+  await old.waitFor({ state: "hidden" });
+  await page.setViewportSize({ width: 1600, height: 900 });
+  await old.waitFor();
+  same("flashes of an old row", await old.evaluate((row) => row.getAnimations().length), 0);
   // The states of the last minute: the last is the active one.
   const states = await page.evaluate(() => {
     const spans = [...document.querySelectorAll(".graph-pane .state-span:not([hidden])")];

@@ -2,19 +2,22 @@
 // was not asked lately is dim and says how long ago it was.
 import type { Store } from "../../net/store";
 import type { PanelContext } from "../context";
-import { el, flash, setText, setTitle } from "../dom";
+import { el, setText, setTitle } from "../dom";
 import { term } from "../terms";
 import { breakDot } from "./breaks/dot";
 import type { GraphChoice } from "./choice";
 
 /** A key that was set later than this needs no age (s). */
 const FRESH_S = 1;
+const FLASH = { frames: [{ background: "#58a6ff55" }, {}], ms: 1200 };
 
 export interface Value {
   text: string;
   /** How old it is, in words; empty for one that is current. */
   age: string;
   dim: boolean;
+  /** It was asked or set within the last second. */
+  fresh: boolean;
   about: string;
 }
 
@@ -30,21 +33,22 @@ class Table {
 
   constructor(private readonly gutter: ((name: string) => HTMLElement) | null) {}
 
-  show(values: Map<string, Value>): void {
+  /** `quiet`: another graph is shown, which is no news of its values. */
+  show(values: Map<string, Value>, quiet: boolean): void {
     // What is not known of the moment that is shown goes.
     for (const [name, { row }] of this.cells) {
       if (values.has(name)) continue;
       row.remove();
       this.cells.delete(name);
     }
-    for (const [name, { text, age, dim, about }] of [...values].sort(([a], [b]) => (a < b ? -1 : 1))) {
+    for (const [name, { text, age, dim, fresh, about }] of [...values].sort(([a], [b]) => (a < b ? -1 : 1))) {
       const known = this.cells.get(name) ?? this.add(name);
       known.row.classList.toggle("old", dim);
       setText(known.age, age);
       setTitle(known.value, about);
       if (known.value.textContent === text) continue;
       setText(known.value, text);
-      flash(known.row);
+      if (fresh && !quiet) flash(known.row);
     }
   }
 
@@ -76,23 +80,32 @@ export function valueTables(context: PanelContext, choice: GraphChoice): HTMLEle
   const guards = new Table((name) => breakDot(context, name, 0));
   const keys = new Table(null);
   const empty = el("p", { class: "dim hint" }, "No guard was asked and no key set yet.");
-  const show = () => {
-    guards.show(guardValues(store, choice));
-    keys.show(keyValues(store, choice.index));
+  const show = (quiet: boolean) => {
+    guards.show(guardValues(store, choice), quiet);
+    keys.show(keyValues(store, choice.index), quiet);
     empty.hidden = guards.size + keys.size > 0;
   };
   const begin = () => {
     guards.clear();
     keys.clear();
-    show();
+    show(true);
   };
   const head = (name: string, key: string, table: Table) => el("div", { class: "value-group" }, el("h4", {}, term(name, key)), table.root);
   const root = el("div", { class: "value-tables scroll", tabindex: 0 }, empty, head("Guards", "guard", guards), head("Keys", "keys", keys));
   choice.on(begin);
-  store.on("graph", show);
-  context.pulse.add(root, show);
+  store.on("graph", () => show(false));
+  context.pulse.add(root, () => show(false));
   begin();
   return root;
+}
+
+/** An animation of the style sheet would begin again whenever the row is shown again. */
+function flash(row: HTMLElement): void {
+  if (!matchMedia("(prefers-reduced-motion: reduce)").matches) row.animate(FLASH.frames, FLASH.ms);
+}
+
+function isFresh(since_s: number | null): boolean {
+  return since_s !== null && since_s <= FRESH_S;
 }
 
 function guardValues(store: Store, choice: GraphChoice): Map<string, Value> {
@@ -104,7 +117,7 @@ function guardValues(store: Store, choice: GraphChoice): Map<string, Value> {
       const since = store.ages.ofGuard(at, name);
       const age = dim ? (since === null ? ", earlier" : `, ${since.toFixed(1)} s ago`) : "";
       const about = dim ? "Not asked since the state changed, or with the same answer" : "Asked in this state";
-      return [name, { text: holds ? "true" : "false", age, dim, about }];
+      return [name, { text: holds ? "true" : "false", age, dim, fresh: isFresh(since), about }];
     }),
   );
 }
@@ -116,9 +129,8 @@ function keyValues(store: Store, at: number): Map<string, Value> {
     Object.entries(all).map(([name, text]) => {
       const own = name in (store.keys[at] ?? {}) || !(name in first);
       const since = store.ages.ofKey(own ? at : 0, name);
-      const old = since !== null && since > FRESH_S;
       const about = since === null ? text : `${text}\nset ${since.toFixed(1)} s ago (simulated time)`;
-      return [name, { text, age: old ? `${since.toFixed(0)} s` : "", dim: false, about }];
+      return [name, { text, age: since === null || isFresh(since) ? "" : `${since.toFixed(0)} s`, dim: false, fresh: isFresh(since), about }];
     }),
   );
 }
