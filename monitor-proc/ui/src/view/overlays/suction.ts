@@ -27,7 +27,8 @@ export class Suction implements Overlay {
     for (const { root } of this.rings) root.visible = false;
     cell.scene.arms.forEach(({ name, gripper }, index) => {
       const arm = snapshot.arms[index];
-      if (arm === undefined || gripper?.kind !== "suction" || !arm.attached) return;
+      // A cup that only touches an object carries no load.
+      if (arm === undefined || gripper?.kind !== "suction" || arm.held === null) return;
       const load = Math.min(Math.max(arm.load, 0), 1);
       const [, colour = 0, tone = ""] = TONES.find(([from]) => load >= from) ?? [];
       const ring = (this.rings[index] ??= this.ring());
