@@ -197,6 +197,8 @@ export async function reach({ page, look, until, near, same, robocell }) {
   await until("the target is the button's", (r, at) => at.every((x, axis) => Math.abs(r.store.snapshot.arms[0].target[axis] - x) < 1e-3), front);
   await verdict("reached");
   near("the tool", await tool(), front, 0.01);
+  // A recording has no handles: the mark alone tells the target from the tool.
+  same("the mark of the target is drawn", await look((r) => r.view.stage.scene.getObjectByName("target mark")?.parent.visible), true);
   same("the distance is in mm", /^\d+\.\d mm$/.test(await shown("Distance to the target")), true);
   same("the clearance", await shown("Clearance to obstacles"), "no obstacle");
   const low = await command("Low, to the side");

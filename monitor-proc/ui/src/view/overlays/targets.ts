@@ -1,5 +1,5 @@
 // The target's frame, the measured tool frame, and the way between them.
-import { Group, type Mesh, Vector3 } from "three";
+import { EdgesGeometry, Group, LineBasicMaterial, LineSegments, type Mesh, OctahedronGeometry, Vector3 } from "three";
 import type { Pose } from "../../net/protocol";
 import { isUnreachable, type PlannedPath, type Snapshot } from "../../net/snapshot";
 import { place } from "../body";
@@ -12,6 +12,9 @@ import { triad } from "./triad";
 const MOST_ARMS = 8;
 /** Pieces of a path. */
 const MOST_PIECES = 23;
+const WAY = 0xffd166;
+/** Of the mark of a target that a person sets (m). */
+const MARK_M = 0.035;
 
 function point(pose: Pose): Vector3 {
   return new Vector3(pose[0], pose[1], pose[2]);
@@ -22,7 +25,7 @@ export class Targets implements Overlay {
   readonly root = new Group();
   private readonly goals: Mesh[] = [];
   private readonly tools: Mesh[] = [];
-  private readonly ways = new Strokes(MOST_ARMS, 0xffd166);
+  private readonly ways = new Strokes(MOST_ARMS, WAY);
   private readonly paths = new Strokes(MOST_ARMS * MOST_PIECES, 0x4cc9f0);
 
   constructor() {
@@ -34,7 +37,7 @@ export class Targets implements Overlay {
     this.paths.clear();
     snapshot.arms.forEach((arm, index) => {
       if (index >= MOST_ARMS) return;
-      const goal = (this.goals[index] ??= this.frame(0.09, 0.0028));
+      const goal = (this.goals[index] ??= this.goal(cell.scene.task["kind"] === "reach"));
       const tool = (this.tools[index] ??= this.frame(0.05, 0.0016));
       place(tool, arm.tcp);
       goal.visible = arm.targetValid;
@@ -66,6 +69,19 @@ export class Targets implements Overlay {
       this.paths.add(from, to);
       from = to;
     }
+  }
+
+  /** `marked`: also where it is at the tool it can be told from the tool's frame. A recording has no handles there. */
+  private goal(marked: boolean): Mesh {
+    const goal = this.frame(0.09, 0.0028);
+    if (!marked) return goal;
+    const paint = new LineBasicMaterial({ color: WAY, toneMapped: false, fog: false, depthTest: false, transparent: true });
+    const mark = new LineSegments(new EdgesGeometry(new OctahedronGeometry(MARK_M)), paint);
+    mark.name = "target mark";
+    mark.renderOrder = 10;
+    mark.raycast = () => {};
+    goal.add(mark);
+    return goal;
   }
 
   private frame(length: number, thickness: number): Mesh {
