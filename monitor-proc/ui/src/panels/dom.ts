@@ -73,7 +73,9 @@ export function reveal(box: Element | null, node: Element | undefined): void {
   const [outer, inner] = [box.getBoundingClientRect(), node.getBoundingClientRect()];
   const margin = Math.min(outer.height / 4, 60);
   if (inner.top < outer.top + margin || inner.bottom > outer.bottom - margin) {
-    box.scrollTop += (inner.top + inner.bottom - outer.top - outer.bottom) / 2;
+    // Rows above it are whole.
+    const above = Math.floor((outer.height - inner.height) / 2 / Math.max(inner.height, 1));
+    box.scrollTop += inner.top - outer.top - Math.max(above, 0) * inner.height;
   }
   revealAcross(box, node);
 }

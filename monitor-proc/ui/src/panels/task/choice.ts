@@ -1,24 +1,48 @@
 // Which of the policy's graphs is shown: each arm may have its own tree.
+import { phaseOf } from "../../net/phases";
 import type { Graph } from "../../net/protocol";
 import type { Store } from "../../net/store";
+import type { PanelContext } from "../context";
 import { el, setAttr } from "../dom";
 
 export class GraphChoice {
   readonly root = el("div", { class: "segments graph-choice", role: "group", "aria-label": "Graph", hidden: true });
   index = 0;
   private demo = "";
+  /** A person chose the graph, or a node of it. */
+  private isKept = false;
   private readonly listeners = new Set<() => void>();
+  private readonly store: Store;
 
-  constructor(private readonly store: Store) {
+  constructor(context: PanelContext) {
+    const { store } = context;
+    this.store = store;
     // While a task restarts it shows nothing: the last picture stays, as
     // long as it is of the same demo.
     store.on("graphs", (graphs) => graphs.length > 0 && this.fill(graphs));
     store.on("scene", ({ demo }) => {
       if (demo === this.demo) return;
       this.demo = demo;
+      this.isKept = false;
       this.fill(store.graphs);
     });
     this.fill(store.graphs);
+    context.pulse.add(this.root, () => this.follow());
+  }
+
+  /** From now on the graph is shown until another one is pressed. */
+  keep(): void {
+    this.isKept = true;
+  }
+
+  /** Shows the graph of the arm whose phase is the title of the task. */
+  private follow(): void {
+    // A person who reads is not led away.
+    if (this.isKept || this.root.parentElement?.matches(":hover, :focus-within") === true) return;
+    const phase = phaseOf(this.store);
+    const prefix = (name: string) => `${name.toUpperCase().replace(/[^A-Z0-9]/g, "_")}_`;
+    const at = this.store.graphs.findIndex(({ name }) => phase.startsWith(prefix(name)));
+    if (at >= 0 && at !== this.index) this.choose(at);
   }
 
   get graph(): Graph | undefined {
@@ -33,7 +57,10 @@ export class GraphChoice {
   private fill(graphs: Graph[]): void {
     const buttons = graphs.map((graph, index) => {
       const button = el("button", { type: "button", class: "button small" }, graph.name);
-      button.addEventListener("click", () => this.choose(index));
+      button.addEventListener("click", () => {
+        this.keep();
+        this.choose(index);
+      });
       return button;
     });
     this.root.replaceChildren(...buttons);

@@ -13,9 +13,13 @@ import { taskSummary } from "./summary";
 import { valueTables } from "./values";
 
 export function taskTab(context: PanelContext): HTMLElement {
-  const choice = new GraphChoice(context.store);
+  const choice = new GraphChoice(context);
   const detail = new NodeDetail(context, () => choice.index);
   choice.on(() => detail.hide());
+  const show = (node: number) => {
+    choice.keep();
+    detail.show(node);
+  };
   return el(
     "div",
     { class: "task-tab column" },
@@ -23,7 +27,7 @@ export function taskTab(context: PanelContext): HTMLElement {
     taskButtons(context),
     breakBanner(context),
     choice.root,
-    graphPane(context, choice, (node) => detail.show(node)),
+    graphPane(context, choice, show),
     detail.root,
     breakList(context),
     panes([
