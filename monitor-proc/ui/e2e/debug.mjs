@@ -67,10 +67,33 @@ const generation = (r) => r.store.status.processes.find(({ name }) => name === "
 const restarted = (r, before) => r.store.status.processes.find(({ name }) => name === "task").generation > before;
 const editor = (page) => page.locator("dialog.policy-sheet .cm-content");
 
+/** The tree of the arm in the title is shown; the end of one arm is no end of the task; many lanes fit, or say that more follow. */
+async function severalArms({ page, look, same }) {
+  for (const arm of ["LEFT", "RIGHT"]) {
+    await page.waitForFunction((arm) => {
+      const shown = document.querySelector('.graph-choice [aria-pressed="true"]').textContent.toUpperCase();
+      return shown === arm && document.querySelector(".summary .phase").textContent.startsWith(`${arm} `);
+    }, arm);
+  }
+  await page.locator(".lanes-button").click();
+  await look((r) => {
+    const { time: time_s } = r.store.snapshot;
+    const { epoch } = r.store.lanes.at(-1);
+    r.store.takeText({ t: "log", lines: [{ time_s, kind: "log", text: "[done] left", mark: "done", epoch }] });
+    const span = (lane) => ({ lane, kind: "process", from_s: time_s - 0.5, epoch, label: "restarted", tone: "bad" });
+    r.store.takeText({ t: "lanes", all: false, spans: ["one", "two", "three", "four", "five"].map(span) });
+  });
+  await page.locator('.marks [data-mark="part"]').waitFor({ state: "attached" });
+  same("marks of the end of the task", await page.locator('.marks [data-mark="done"]').count(), 0);
+  await page.locator(".lanes-more", { hasText: /^▾ \d more$/ }).waitFor();
+  await page.locator(".lanes-button").click();
+}
+
 /** The policy's file is edited, checked and applied. */
 export async function policy(test) {
   const { page, look, until, same } = test;
   await until("the policy is drawn", (r) => r.store.graphs.some(({ nodes }) => nodes.length > 1));
+  await severalArms(test);
   await loadAxe(page);
   const open = page.getByRole("button", { name: "Edit policy" });
   await open.focus();

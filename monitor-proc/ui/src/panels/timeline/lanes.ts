@@ -4,6 +4,7 @@ import type { PanelContext } from "../context";
 import { el, setAttr, setText, setTitle } from "../dom";
 import { words } from "../format";
 import { phaseColour } from "../phase-colour";
+import { ownParts, shortened } from "./short";
 import type { TimeSpan } from "./zoom";
 
 /** Narrower spans are not drawn (share of the width). */
@@ -11,6 +12,14 @@ const LEAST_SHARE = 0.0008;
 /** Wider ones have room for their label. */
 const LABEL_SHARE = 0.03;
 const KEY = "robocell.lanes";
+/** So many lanes have room; more are lower, of which so many have room. */
+const HIGH_LANES = 5;
+const LOW_LANES = 6;
+/** Height of a low lane with its margin (px). */
+const LOW_PX = 14;
+/** Width of a letter of a label, and of what is beside it (px). */
+const LETTER_PX = 6;
+const BESIDE_PX = 6;
 
 export interface Lanes {
   readonly root: HTMLElement;
@@ -19,6 +28,15 @@ export interface Lanes {
   readonly count: number;
   /** Draws the lanes of `window`, with the moment that is shown. */
   draw(window: TimeSpan, now_s: number): void;
+}
+
+/** The text of a span that is named `name` and has this share of the width. */
+type Label = (span: Span, name: string, share: number) => string;
+
+interface Texts {
+  /** Is added to what lasts until the end of the cell. */
+  end: string;
+  label: Label;
 }
 
 interface Drawn {
@@ -40,7 +58,24 @@ export function mountLanes(context: PanelContext, changed: () => void): Lanes {
   const tracks = el("div", {});
   const area = el("div", { class: "lanes", title: "Click to look at a moment" }, el("div", { class: "lane-area" }, tracks, cursor));
   // As wide as the bar above, whatever room a scroll bar takes.
-  const root = el("div", { class: "lanes-place" }, area);
+  const more = el("span", { class: "lanes-more", hidden: true });
+  const root = el("div", { class: "lanes-place" }, area, more);
+  let count = 0;
+  let above = 0;
+  const tellMore = () => {
+    const below = count > HIGH_LANES ? count - LOW_LANES - above : 0;
+    area.classList.toggle("low", count > HIGH_LANES);
+    more.hidden = below <= 0;
+    setText(more, `▾ ${below} more`);
+  };
+  area.addEventListener("scroll", () => {
+    above = Math.round(area.scrollTop / LOW_PX);
+    tellMore();
+  });
+  let width = 0;
+  new ResizeObserver(() => {
+    width = tracks.clientWidth;
+  }).observe(tracks);
   const fold = el("button", { type: "button", class: "button small quiet lanes-button", title: "Phases, grips and processes over time" }, "Lanes");
   let open = (localStorage.getItem(KEY) ?? (innerHeight >= 800 && innerWidth >= 1100 ? "open" : "folded")) === "open";
   const show = () => {
@@ -74,7 +109,17 @@ export function mountLanes(context: PanelContext, changed: () => void): Lanes {
       sort();
       const isOver = context.link === "ended" || context.link === "refused";
       const end = isOver ? " when it ended" : "";
-      const shown = lanes.filter((lane) => drawLane(lane, window, end) || isAlwaysShown(lane.name));
+      const parts = ownParts(store.scene?.objects.map(({ name }) => words(name)) ?? []);
+      const label: Label = (span, name, share) => {
+        const letters = (share * width - BESIDE_PX) / LETTER_PX;
+        if (span.kind === "grip") return shortened(name, parts.get(name) ?? name, letters);
+        return share > LABEL_SHARE ? name : "";
+      };
+      const shown = lanes.filter((lane) => drawLane(lane, window, { end, label }) || isAlwaysShown(lane.name));
+      if (count !== shown.length) {
+        count = shown.length;
+        tellMore();
+      }
       const rows = shown.map(({ row }) => row);
       if (rows.length !== tracks.childElementCount || rows.some((row, index) => tracks.children[index] !== row)) tracks.replaceChildren(...rows);
       cursor.hidden = now_s < window.first || now_s > window.last;
@@ -111,15 +156,15 @@ function place(time_s: number, { first, last }: TimeSpan): number {
   return (100 * (time_s - first)) / (last - first);
 }
 
-/** Draws the spans of a lane that are in `window`; whether there is one. `end` is added to what lasts until its end. */
-function drawLane({ spans, row, nodes }: Lane, window: TimeSpan, end: string): boolean {
+/** Draws the spans of a lane that are in `window`; whether there is one. */
+function drawLane({ spans, row, nodes }: Lane, window: TimeSpan, { end, label }: Texts): boolean {
   let any = false;
   for (const [index, span] of spans.entries()) {
     const next = spans[index + 1]?.from_s;
     const to_s = Math.max(next ?? window.last, span.from_s);
     const isSeen = span.label !== "" && to_s > window.first && span.from_s < window.last;
     any ||= isSeen;
-    const node = isSeen ? bar(nodes.get(span), { span, to_s }, window, next === undefined ? end : "") : null;
+    const node = isSeen ? bar(nodes.get(span), { span, to_s }, window, { end: next === undefined ? end : "", label }) : null;
     if (node === null) {
       nodes.get(span)?.remove();
       nodes.delete(span);
@@ -132,7 +177,7 @@ function drawLane({ spans, row, nodes }: Lane, window: TimeSpan, end: string): b
 }
 
 /** A span as it is now, in `known` where it was drawn before. */
-function bar(known: HTMLElement | undefined, { span, to_s }: Drawn, window: TimeSpan, end: string): HTMLElement | null {
+function bar(known: HTMLElement | undefined, { span, to_s }: Drawn, window: TimeSpan, { end, label }: Texts): HTMLElement | null {
   const from = Math.max(span.from_s, window.first);
   const to = Math.min(to_s, window.last);
   const share = (to - from) / (window.last - window.first);
@@ -148,6 +193,6 @@ function bar(known: HTMLElement | undefined, { span, to_s }: Drawn, window: Time
   setTitle(node, `${name}\n${span.from_s.toFixed(2)} s to ${to_s.toFixed(2)} s (${(to_s - span.from_s).toFixed(2)} s)`);
   node.style.left = `${place(from, window)}%`;
   node.style.width = `${Math.max(100 * share, 0.15)}%`;
-  setText(node, share > LABEL_SHARE ? words(name) : "");
+  setText(node, label(span, words(name), share));
   return node;
 }
