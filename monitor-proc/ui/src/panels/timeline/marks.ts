@@ -8,6 +8,8 @@ import { openIncident } from "../incident/index";
 /** Incidents closer than this have one mark, so that each can be pressed (pixels). */
 const APART_PX = 24;
 
+const SAME_END_S = 0.2;
+
 /** A line and where it is marked. */
 interface Seen {
   line: LogLine;
@@ -37,7 +39,11 @@ export function drawnMarks(context: PanelContext, host: HTMLElement, span: () =>
     const isFailure = (line: LogLine) => line.incident !== undefined || line.mark === "restart";
     const at = (line: LogLine) => (isFailure(line) ? store.markedAt(line) : line.time_s);
     const fits = (line: LogLine) => at(line) >= first && at(line) <= last && (isFailure(line) || store.isCurrent(line));
-    const seen: Seen[] = store.marked.filter((line) => line.mark !== null && fits(line)).map((line) => ({ line, at_s: at(line) }));
+    const ends = store.marked.filter(({ mark }) => mark === "done");
+    // The last arm and the task end in one moment, which has one mark.
+    const isEnd = ({ mark, time_s }: LogLine) => mark === "part" && ends.some((end) => Math.abs(end.time_s - time_s) < SAME_END_S);
+    const fitting = store.marked.filter((line) => line.mark !== null && fits(line) && !isEnd(line));
+    const seen: Seen[] = fitting.map((line) => ({ line, at_s: at(line) }));
     // What lasts is marked where the window begins.
     const before = lasting(store).filter((line) => line.incident === undefined && at(line) < first);
     seen.push(...before.map((line) => ({ line, at_s: first, isBefore: true })));
