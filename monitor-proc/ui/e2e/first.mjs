@@ -180,6 +180,19 @@ export async function sharp({ page, look, until, same, robocell }) {
   await full("after it was turned");
 }
 
+/** The handles of the target are in the picture, and its label covers neither them nor the border. */
+const TARGET_IS_WHOLE = `(r) => {
+  const view = document.getElementById("view").getBoundingClientRect();
+  const handles = r.view.gizmo.area(view.width, view.height);
+  const label = [...document.querySelectorAll("#view .label.number")].find((node) => /mm away/.test(node.textContent) && node.checkVisibility());
+  if (handles === null || label === undefined) return false;
+  const box = label.getBoundingClientRect();
+  const [left, right, top, bottom] = [box.left - view.left, box.right - view.left, box.top - view.top, box.bottom - view.top];
+  const isWhole = handles.left >= 0 && handles.right <= view.width && handles.top >= 0 && handles.bottom <= view.height;
+  const hasMargin = left > 7 && right < view.width - 7 && top > 7 && bottom < view.height - 7;
+  return isWhole && hasMargin && (right < handles.left || left > handles.right || bottom < handles.top || top > handles.bottom);
+}`;
+
 /** The panel of reach: its targets lead the arm as their commands do, and it says what comes of them. */
 export async function reach({ page, look, until, near, same, robocell }) {
   await page.getByRole("tab", { name: "Reach" }).click();
@@ -212,6 +225,10 @@ export async function reach({ page, look, until, near, same, robocell }) {
   await bar.locator(".detail", { hasText: /^\d+ mm away: unreachable · FOLLOW$/ }).waitFor();
   await page.locator('.marks [data-mark="hand_failed"][title*="target not reached"]').waitFor({ state: "attached" });
   // Target and label are in the picture of a small window.
+  for (const [width, height] of [[1600, 1000], [390, 844]]) {
+    await page.setViewportSize({ width, height });
+    await until(`target and label are whole at ${width} pixels`, TARGET_IS_WHOLE);
+  }
   await page.setViewportSize({ width: 1024, height: 768 });
   await until("the label of the target is in the picture", (r) => {
     const view = document.getElementById("view").getBoundingClientRect();

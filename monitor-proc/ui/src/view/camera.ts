@@ -23,6 +23,9 @@ const NEAREST_M = 0.1;
 const FARTHEST_M = 12;
 const STEEPEST_RAD = 1e-3;
 
+/** A target that moved farther is another one: the picture need not hold the last one. */
+const ELSEWHERE_M = 0.2;
+
 const FIT_ROUNDS = 4;
 /** Of the picture's half width and height. */
 const FIT_MARGIN = 0.95;
@@ -51,6 +54,10 @@ export class Camera {
   /** What the camera goes along with, as of the last frame. */
   private followed: Vector3 | null = null;
   private following = false;
+  /** A target outside of the cell, with its handles. */
+  private added: Vector3[] = [];
+  /** A person turned the camera, and no preset was chosen since. */
+  private turned = false;
   private points = [new Vector3(-0.3, -0.5, 0), new Vector3(0.7, 0.5, 0.8)];
   private seen = { eye: new Vector3(1.5, 0.5, 1.2), target: new Vector3(0.5, 0, 0.2) };
   private writing = 0;
@@ -71,20 +78,24 @@ export class Camera {
     this.orbit.addEventListener("change", this.changed);
     this.orbit.addEventListener("start", () => {
       this.before = this.numbers();
+      this.turned = true;
     });
     this.orbit.addEventListener("end", () => {
       // A click that turns nothing leaves the address alone.
       if (this.numbers() !== this.before) this.write();
+      else this.turned = getHash("cam") !== null;
     });
     this.look(this.seen.target, this.seen.eye);
     addEventListener("hashchange", () => {
       this.following = false;
+      this.turned = getHash("cam") !== null;
       this.restore();
     });
   }
 
   /** Another scene: what the address says was meant for the last one. */
   forget(): void {
+    this.added = [];
     this.preset(1, null);
   }
 
@@ -96,10 +107,43 @@ export class Camera {
     this.restore();
   }
 
+  /**
+   * Has `points` in the picture as well, where a person did not turn the camera. Whether it moved:
+   * handles keep their size in the picture, so that they are elsewhere in the world then.
+   */
+  include(points: Vector3[]): boolean {
+    if (this.turned || this.following || getHash("cam") !== null || points.length === 0) return false;
+    const middle = (all: Vector3[]) => new Box3().setFromPoints(all).getCenter(new Vector3());
+    if (this.added.length > 0 && middle(this.added).distanceTo(middle(points)) > ELSEWHERE_M) {
+      this.added = [];
+      this.reframe();
+    }
+    this.lens.updateMatrixWorld();
+    if (points.every((point) => this.shows(point))) return false;
+    this.added = points;
+    this.reframe();
+    this.lens.updateMatrixWorld();
+    return true;
+  }
+
+  /** Whether a point is in the uncovered part of the picture. */
+  private shows(point: Vector3): boolean {
+    const [width, height] = this.size;
+    const { left, top } = this.covered;
+    const { x, y } = point.clone().project(this.lens);
+    const [right, down] = [(0.5 + x / 2) * width, (0.5 - y / 2) * height];
+    return right >= left && right <= width && down >= top && down <= height;
+  }
+
+  private get framed(): Vector3[] {
+    return [...this.points, ...this.added];
+  }
+
   /** 1 the cell's own, 2 from above, 3 front, 4 side, 5 at the tool. */
   preset(number: number, tool: Vector3 | null): void {
     this.following = number === 5 && tool !== null;
     this.followed = null;
+    this.turned = false;
     if (number === 5 && tool !== null) {
       this.use(this.free);
       this.look(tool, tool.clone().add(TOOL_OFFSET));
@@ -169,6 +213,7 @@ export class Camera {
   /** Brings a point to the middle, from the side it is seen from now. */
   focus(point: Vector3): void {
     this.following = false;
+    this.turned = true;
     const direction = this.lens.position.clone().sub(this.orbit.target);
     // An orthographic view is enlarged instead: a camera that near would be inside of the objects.
     const isOrtho = this.lens === this.ortho;
@@ -197,15 +242,16 @@ export class Camera {
 
   /** Stands back along `direction` until the whole cell is in the picture. */
   private fit(direction: Vector3): void {
+    const points = this.framed;
     const back = direction.clone().normalize();
     const right = new Vector3(0, 0, 1).cross(back).normalize();
     const up = back.clone().cross(right);
     const tan = halfHeight(1);
     const [across, upright] = this.clear;
-    const target = new Box3().setFromPoints(this.points).getCenter(new Vector3());
+    const target = new Box3().setFromPoints(points).getCenter(new Vector3());
     let away = 1;
     for (let round = 0; round < FIT_ROUNDS; round++) {
-      const corners = this.points.map((point) => point.clone().sub(target));
+      const corners = points.map((point) => point.clone().sub(target));
       const [wide, tall] = [right, up].map((axis, index) => {
         const reach = tan * (index === 0 ? across : upright) * FIT_MARGIN;
         return corners.map((corner) => ({ at: corner.dot(axis) / reach, depth: corner.dot(back) }));
@@ -226,12 +272,13 @@ export class Camera {
 
   /** The whole cell without perspective: what is above or beside what can be read off. */
   private fitOrtho(direction: Vector3): void {
+    const points = this.framed;
     const back = direction.clone().normalize();
     const right = new Vector3(0, 0, 1).cross(back).normalize();
     const up = back.clone().cross(right);
-    const target = new Box3().setFromPoints(this.points).getCenter(new Vector3());
+    const target = new Box3().setFromPoints(points).getCenter(new Vector3());
     const extent = (axis: Vector3) => {
-      const all = this.points.map((point) => point.clone().sub(target).dot(axis));
+      const all = points.map((point) => point.clone().sub(target).dot(axis));
       return [Math.min(...all), Math.max(...all)] as const;
     };
     const [wide, tall, depth] = [extent(right), extent(up), extent(back)];

@@ -5,7 +5,7 @@ import { Box3, Vector3 } from "three";
 import type { Hand } from "../hand/hand";
 import type { Jog } from "../hand/jog";
 import type { Scene, Vec3 } from "../net/protocol";
-import { FLAG, type Snapshot } from "../net/snapshot";
+import { FLAG, isUnreachable, type Snapshot } from "../net/snapshot";
 import type { Store } from "../net/store";
 import { getHash } from "../panels/hash";
 import type { ViewApi } from "../panels/view-api";
@@ -34,6 +34,8 @@ import { Selection } from "./touch/selection";
 const MIRROR = 256;
 const SOFTWARE_MIRROR = 32;
 const LEAST_REACH_M = 0.9;
+/** Of standing back until a target is in the picture. */
+const TARGET_ROUNDS = 3;
 
 export class View implements ViewApi {
   readonly toggles = new Toggles();
@@ -338,7 +340,8 @@ export class View implements ViewApi {
     this.stale = false;
     this.catchUp();
     if (moved) this.dress();
-    this.labels.place(this.eye.lens, ...this.screen.size);
+    this.eye.lens.updateMatrixWorld();
+    this.labels.place(this.eye.lens, ...this.screen.size, this.gizmo.area(...this.screen.size));
     this.screen.draw(this.stage.scene, this.eye.lens, moved);
     return !resting;
   }
@@ -358,5 +361,17 @@ export class View implements ViewApi {
     const selected = cell.scene.arms[this.gizmo.arm]?.name === this.selection.name;
     this.gizmo.update(shown, selected);
     this.selection.update();
+    this.seeTarget(shown);
+  }
+
+  /** Has a target that was set outside of the picture in it. */
+  private seeTarget(shown: Snapshot): void {
+    const arm = shown.arms[this.gizmo.arm];
+    if (this.busy || arm === undefined) return;
+    const lone = isUnreachable(arm) ? [new Vector3(...arm.target.slice(0, 3))] : [];
+    for (let round = 0; round < TARGET_ROUNDS; round++) {
+      const tips = this.gizmo.tips();
+      if (!this.eye.include(tips.length > 0 ? tips : lone)) return;
+    }
   }
 }

@@ -7,6 +7,7 @@ import type { Frame, Hand } from "../../hand/hand";
 import type { Pose } from "../../net/protocol";
 import type { Snapshot } from "../../net/snapshot";
 import type { Camera } from "../camera";
+import type { Area } from "../labels";
 import { halfHeight } from "../lens";
 
 /** Share of a drag with Shift. */
@@ -15,6 +16,8 @@ const LIVE_SIZE = 0.85;
 const IDLE_SIZE = 0.4;
 /** Of an arrow's length in the units of the handle: where it is easy to hit. */
 const GRIP = 0.4;
+/** From the middle of the handle to the tip of an arrow, in the same units. */
+const TIP = 0.62;
 
 /** Around the middle of a handle that cannot lead. */
 const NEAR_PX = 24;
@@ -121,6 +124,25 @@ export class Gizmo {
     const direction = axis === null ? undefined : AXES[axis];
     if (direction === undefined) return at;
     return at.addScaledVector(direction, GRIP * this.controls.size * this.unit(at));
+  }
+
+  /** The tips of its arrows in the world (m); none while it is not shown. */
+  tips(): Vector3[] {
+    if (!this.root.visible) return [];
+    const at = this.handle(null);
+    const length = TIP * this.controls.size * this.unit(at);
+    const turn = this.controls.space === "local" ? this.goal.quaternion : new Quaternion();
+    return Object.values(AXES).flatMap((axis = new Vector3()) =>
+      [length, -length].map((along) => at.clone().addScaledVector(axis.clone().applyQuaternion(turn), along)),
+    );
+  }
+
+  /** What its arrows cover of a picture (pixels). */
+  area(width: number, height: number): Area | null {
+    const tips = this.tips().map((tip) => tip.project(this.camera.lens));
+    if (tips.length === 0) return null;
+    const [xs, ys] = [tips.map(({ x }) => (0.5 + x / 2) * width), tips.map(({ y }) => (0.5 - y / 2) * height)];
+    return { left: Math.min(...xs), right: Math.max(...xs), top: Math.min(...ys), bottom: Math.max(...ys) };
   }
 
   /** A quarter of the picture's height at a point, as the handle's size is counted (m). */
