@@ -92,7 +92,8 @@ class States {
       if (since.told || time_s - since.since_s < REST_S) return [];
       since.told = true;
       const text = `by hand: target not reached, ${(1000 * arm.positionError).toFixed(0)} mm away: ${arm.notReached ?? "unreachable"}`;
-      return [{ time_s, text, mark: "hand_failed" }];
+      // Of the time at which the lane of the outcome changes.
+      return [{ time_s: since.since_s, text, mark: "hand_failed" }];
     });
   }
 }
