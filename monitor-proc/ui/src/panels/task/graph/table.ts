@@ -2,8 +2,8 @@
 // the active state and the cell or row taken last stand out.
 import type { Graph } from "../../../net/protocol";
 import type { Store } from "../../../net/store";
-import { el, reveal, revealAcross, setAttr } from "../../dom";
-import { lettersOf, takenOf } from "./letters";
+import { el, revealAcross, setAttr } from "../../dom";
+import { isPassed, lettersOf, takenOf, wayOut } from "./letters";
 import { term } from "../../terms";
 
 export interface LiveTable {
@@ -78,14 +78,36 @@ function matrixTable(store: Store, at: number, graph: Graph): LiveTable {
   const show = () => {
     const letters = lettersOf(store, at);
     const last = takenOf(store, at);
-    for (const [index, column] of columns.entries()) setAttr(column, "data-status", letters[index] ?? "I");
+    for (const [index, column] of columns.entries()) {
+      setAttr(column, "data-status", isPassed(graph, letters, index) ? "I" : (letters[index] ?? "I"));
+    }
     for (const { node, from, event } of cells) {
-      setAttr(node, "data-status", letters[from] ?? "I");
+      setAttr(node, "data-status", wayOut(letters[from]));
       node.classList.toggle("last", last?.from === from && last.label === event);
     }
   };
   const follow = () => revealAcross(root.parentElement, columns.find((column) => isActive(column)));
   return { root, show, follow };
+}
+
+/** Scrolls so that `wanted`, the first most of all, are whole under the header, and no other row is cut by it. */
+function revealRows(root: HTMLTableElement, rows: HTMLElement[], wanted: HTMLElement[]): void {
+  const [box, head, first] = [root.parentElement, root.tHead, wanted[0]];
+  if (box === null || head === null || first === undefined || box.clientHeight === 0) return;
+  const room = box.clientHeight - head.offsetHeight;
+  const endOf = (row: HTMLElement) => row.offsetTop + row.offsetHeight;
+  let [top, bottom] = [first.offsetTop, endOf(first)];
+  for (const row of wanted) {
+    const [higher, lower] = [Math.min(top, row.offsetTop), Math.max(bottom, endOf(row))];
+    if (lower - higher <= room) [top, bottom] = [higher, lower];
+  }
+  const start = rows.find((row) => row.offsetTop >= bottom - room) ?? first;
+  const wantedTop = Math.min(start.offsetTop, top) - head.offsetHeight;
+  // Below the last row there is room enough for a whole one under the header.
+  const most = root.offsetHeight - box.clientHeight;
+  root.style.marginBottom = `${Math.max(0, wantedTop - most)}px`;
+  box.scrollTop = wantedTop;
+  revealAcross(box, first);
 }
 
 /** The table of a machine: a row a transition. */
@@ -108,14 +130,16 @@ function rowsTable(store: Store, at: number, graph: Graph): LiveTable {
     const letters = lettersOf(store, at);
     const last = takenOf(store, at);
     for (const { edge, node } of rows) {
-      setAttr(node, "data-status", letters[edge.from] ?? "I");
+      setAttr(node, "data-status", wayOut(letters[edge.from]));
       const same = last?.from === edge.from && last.to === edge.to && last.label === edge.label;
       node.classList.toggle("last", same);
     }
   };
   const follow = () => {
-    const active = rows.find(({ node }) => isActive(node));
-    reveal(root.parentElement, active?.node);
+    const nodes = rows.map(({ node }) => node);
+    const active = nodes.filter(isActive);
+    const last = nodes.find((node) => node.classList.contains("last"));
+    revealRows(root, nodes, [...active.slice(0, 1), ...(last === undefined ? [] : [last]), ...active.slice(1)]);
   };
   return { root, show, follow };
 }
