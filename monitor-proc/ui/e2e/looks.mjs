@@ -94,8 +94,8 @@ async function rowInView({ page, look, until }) {
   const away = () => look(() => {
     const row = document.querySelector('.live-table tr[data-status="R"]');
     if (row === null) return 0;
-    const [inner, outer] = [row, row.closest(".table-box")].map((node) => node.getBoundingClientRect());
-    return Math.max(outer.top - inner.top, inner.bottom - outer.bottom, 0);
+    const [inner, outer, head] = [row, row.closest(".table-box"), row.closest("table").tHead].map((node) => node.getBoundingClientRect());
+    return Math.max(outer.top + head.height - inner.top, inner.bottom - outer.bottom, 0);
   });
   for (let phase = 0; phase < 3; phase++) {
     const before = await look((r) => r.store.letters[0]);
@@ -103,6 +103,12 @@ async function rowInView({ page, look, until }) {
     let px = await away();
     for (const since = Date.now(); px > 1 && Date.now() - since < 2000; px = await away()) await page.waitForTimeout(100);
     if (px > 1) throw new Error(`the row of the active state is ${px} px out of the table`);
+    // No row is cut by the header, where the table was scrolled for the active one.
+    const cut = await look(() => {
+      const head = document.querySelector(".live-table").tHead.getBoundingClientRect().bottom;
+      return [...document.querySelectorAll(".live-table tbody tr")].map((row) => row.getBoundingClientRect()).some(({ top, bottom }) => top < head - 2 && bottom > head + 2);
+    });
+    if (cut) throw new Error("the header of the table cuts a row");
   }
 }
 
@@ -123,6 +129,8 @@ export async function readable({ page, look, until, same, robocell }) {
   });
   if (!(seen.px >= 11 && seen.table >= 11)) throw new Error(`texts of ${seen.px} px in the graph and ${seen.table} px in the table`);
   same("the active state is in view", seen.inside, true);
+  const [drawing, buttons] = [await page.locator(".viewport .drawing").boundingBox(), await page.locator(".viewport .zoom-buttons").boundingBox()];
+  if (drawing.x + drawing.width > buttons.x + 1) throw new Error("the zoom buttons lie over the drawing");
   await rowInView({ page, look, until });
   const note = page.locator("#term-note");
   const term = page.locator('.term[data-term="resyncs"]');

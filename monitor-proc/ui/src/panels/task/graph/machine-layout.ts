@@ -3,7 +3,7 @@ import dagre from "@dagrejs/dagre";
 import type { Graph } from "../../../net/protocol";
 
 const CHAR_PX = 6.6;
-const LABEL_CHAR_PX = 6.2;
+export const LABEL_CHAR_PX = 6.2;
 const NODE_HEIGHT = 26;
 const LABEL_HEIGHT = 14;
 const MARGIN_PX = 2;
@@ -63,7 +63,7 @@ export function layout(graph: Graph): Layout {
   const picture = new dagre.graphlib.Graph({ multigraph: true, compound: nested });
   // The table of a matrix needs the height.
   const rankdir = graph.kind === "matrix" ? "LR" : "TB";
-  picture.setGraph({ rankdir, nodesep: 26, ranksep: 22, edgesep: 14, marginx: 8, marginy: 8 });
+  picture.setGraph({ rankdir, nodesep: 26, ranksep: 16, edgesep: 14, marginx: 8, marginy: 8 });
   for (const [index, node] of graph.nodes.entries()) {
     const width = Math.max(64, CHAR_PX * node.name.length + 34);
     picture.setNode(String(index), { width, height: NODE_HEIGHT });

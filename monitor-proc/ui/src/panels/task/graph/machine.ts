@@ -1,18 +1,25 @@
 // A machine or matrix: its drawing, where the active state and the way taken last are
 // highlighted, and under it the table it was drawn from.
-import { el, svg } from "../../dom";
+import { el, setText, svg } from "../../dom";
 import { breakSpot } from "../breaks/dot";
 import { toggleBreak } from "../breaks/state";
 import { drawEdge, drawHead } from "./edge";
-import { type Layout, layout } from "./machine-layout";
+import { type Box, type Layout, layout, LABEL_CHAR_PX } from "./machine-layout";
 import { machineMode } from "./mode";
-import { lettersOf, takenOf } from "./letters";
+import type { Span } from "../../../net/protocol";
+import { isPassed, lettersOf, takenOf } from "./letters";
 import { aboutNode, type GraphView, keyOf, type Place } from "./place";
 import { liveTable } from "./table";
-import { Viewport } from "./viewport";
+import { type Bounds, Viewport } from "./viewport";
 
 /** Room for the mark of a breakpoint at the left of a state. */
 const BREAK_PX = 12;
+const LABEL_HEIGHT_PX = 12;
+
+/** The part of a drawing around a point. */
+function around({ x, y, width, height }: Box): Bounds {
+  return { left: x - width / 2, top: y - height / 2, width, height };
+}
 
 export function machineView(place: Place): GraphView {
   const drawing = new MachineDrawing(place);
@@ -42,6 +49,7 @@ class MachineDrawing {
   private readonly laid: Layout;
   private readonly nodes: SVGGElement[];
   private readonly edges: SVGGElement[];
+  private spelled: Span[] | null = null;
 
   constructor(private readonly place: Place) {
     const { graph } = place;
@@ -57,6 +65,33 @@ class MachineDrawing {
     const states = this.nodes.filter((_, index) => !holds[index]);
     this.viewport.world.classList.add("machine");
     this.viewport.world.append(defs, ...boxes, ...this.edges, ...states);
+    this.viewport.onPlaced = (isWhole) => this.hideCut(isWhole);
+  }
+
+  /** A name that is cut at the border reads like another one. */
+  private hideCut(isWhole: (part: Bounds) => boolean): void {
+    for (const [index, node] of this.nodes.entries()) {
+      const box = this.laid.nodes[index];
+      if (box !== undefined && this.laid.holds[index] !== true) node.classList.toggle("cut", !isWhole(around(box)));
+    }
+    for (const [index, node] of this.edges.entries()) {
+      const { at = null, text = "" } = this.laid.edges[index] ?? {};
+      if (at === null) continue;
+      node.classList.toggle("cut", !isWhole(around({ ...at, width: LABEL_CHAR_PX * text.length, height: LABEL_HEIGHT_PX })));
+    }
+  }
+
+  /** The lanes and the bar name a phase as the task spells it; the state of that name is spelled alike. */
+  private spell(): void {
+    const { context: { store }, graph } = this.place;
+    if (this.spelled === store.spans) return;
+    this.spelled = store.spans;
+    const labels = new Map(store.spans.filter(({ kind }) => kind === "phase").map(({ label }) => [label.toLowerCase(), label]));
+    for (const [index, node] of this.nodes.entries()) {
+      const name = graph.nodes[index]?.name ?? "";
+      const text = node.querySelector("text");
+      if (text !== null) setText(text, labels.get(name.toLowerCase()) ?? name);
+    }
   }
 
   get root(): HTMLElement {
@@ -66,7 +101,11 @@ class MachineDrawing {
   show(): void {
     const { context, at, graph } = this.place;
     const letters = lettersOf(context.store, at);
-    for (const [index, node] of this.nodes.entries()) node.dataset.status = letters[index] ?? "I";
+    for (const [index, node] of this.nodes.entries()) {
+      node.dataset.status = letters[index] ?? "I";
+      node.classList.toggle("passed", isPassed(graph, letters, index));
+    }
+    this.spell();
     const last = takenOf(context.store, at);
     const { edges } = this.laid;
     const named = edges.findIndex((edge) => edge.from === last?.from && edge.to === last.to && edge.label === last.label);
@@ -82,8 +121,11 @@ class MachineDrawing {
     const at = (letter: string) => this.laid.nodes.findIndex((_, index) => letters[index] === letter && this.laid.holds[index] !== true);
     // The last state of a job that is over runs no more.
     const active = at("R") >= 0 ? at("R") : at("S") >= 0 ? at("S") : at("F");
-    const box = this.laid.nodes[active];
-    if (box !== undefined) this.viewport.watch(box.x, box.y);
+    const last = takenOf(this.place.context.store, this.place.at)?.from;
+    const next = this.laid.edges.flatMap(({ from, to }) => (from === active ? [to] : []));
+    const before = this.laid.edges.flatMap(({ from, to }) => (to === active ? [from] : []));
+    const all = [...new Set([active, last ?? active, ...next, ...before])].flatMap((index) => this.laid.nodes[index] ?? []);
+    this.viewport.watch(all.map(around));
   }
 
   mark(found: ReadonlySet<number>): void {
@@ -93,7 +135,7 @@ class MachineDrawing {
   select(index: number): void {
     this.choose(index);
     const box = this.laid.nodes[index];
-    if (box !== undefined) this.viewport.reveal(box.x, box.y);
+    if (box !== undefined) this.viewport.reveal(around(box));
   }
 
   private choose(index: number): void {

@@ -6,7 +6,7 @@ import { type Folds, foldsOf } from "./folds";
 import { aboutNode, type GraphView, keyOf, type Place } from "./place";
 import { below, runningBelow, type Shape, shapeOf, unfold } from "./shape";
 import { captionOf, NODE_HEIGHT_PX, type TreeBox, treeLayout, type TreeLayout } from "./tree-layout";
-import { Viewport } from "./viewport";
+import { type Bounds, Viewport } from "./viewport";
 
 export class TreeDrawing implements GraphView {
   private readonly viewport: Viewport;
@@ -62,7 +62,7 @@ export class TreeDrawing implements GraphView {
     let at: number | null = (this.place.context.store.letters[this.place.at] ?? "").lastIndexOf("R");
     while (at !== null && this.layout.boxes[at] == null) at = this.shape.parents[at] ?? null;
     const box = at === null ? null : this.layout.boxes[at];
-    if (box != null) this.viewport.watch(box.x + box.width / 2, box.y);
+    if (box != null) this.viewport.watch([around(box)]);
   }
 
   mark(found: ReadonlySet<number>): void {
@@ -74,7 +74,7 @@ export class TreeDrawing implements GraphView {
     unfold(this.place.graph, this.shape, this.folds, node);
     this.choose(node);
     const box = this.layout.boxes[node];
-    if (box != null) this.viewport.reveal(box.x + box.width / 2, box.y);
+    if (box != null) this.viewport.reveal(around(box));
   }
 
   private choose(index: number): void {
@@ -155,6 +155,11 @@ export class TreeDrawing implements GraphView {
     count.append(svg("tspan", { class: "inside" }));
     return [handle, count];
   }
+}
+
+/** The part of the drawing that a node takes. */
+function around({ x, y, width }: TreeBox): Bounds {
+  return { left: x, top: y - NODE_HEIGHT_PX / 2, width, height: NODE_HEIGHT_PX };
 }
 
 /** A line from the end of a parent to the beginning of its child. */

@@ -20,16 +20,21 @@ const PAN_PX = 40;
 /** A pointer that moves less than this clicks. */
 const CLICK_PX = 4;
 const PAD_PX = 8;
-/** The zoom buttons are below the last node, not over it. */
-const BOTTOM_PX = 32;
 
 /** Where the origin of a drawing is along one axis (px): in the middle if it fits `room`, else so that `watched` is in
- * sight and no room is left empty but `end` (px). */
-function placed(room: number, end: number, scale: number, from: number, length: number, watched: number): number {
-  const free = room - end + PAD_PX;
-  if (scale * length <= free) return free / 2 - scale * (from + length / 2);
+ * sight and no room is left empty. */
+function placed(room: number, scale: number, from: number, length: number, watched: number): number {
+  if (scale * length <= room) return room / 2 - scale * (from + length / 2);
   const wanted = room / 2 - scale * watched;
-  return Math.min(Math.max(wanted, room - end - scale * (from + length)), PAD_PX - scale * from);
+  return Math.min(Math.max(wanted, room - PAD_PX - scale * (from + length)), PAD_PX - scale * from);
+}
+
+/** The least that holds both. */
+function joined(one: Bounds, other: Bounds): Bounds {
+  const [left, top] = [Math.min(one.left, other.left), Math.min(one.top, other.top)];
+  const right = Math.max(one.left + one.width, other.left + other.width);
+  const bottom = Math.max(one.top + one.height, other.top + other.height);
+  return { left, top, width: right - left, height: bottom - top };
 }
 
 export class Viewport {
@@ -41,8 +46,10 @@ export class Viewport {
   private dragged = false;
   /** Its width and height (px): to ask for them after a change costs a layout of the page. */
   private size = { width: 0, height: 0 };
-  /** The point of the drawing that stays in sight where the whole does not fit. */
-  private watched: { x: number; y: number } | null = null;
+  /** Parts of the drawing that stay in sight where the whole does not fit; the first most of all. */
+  private watched: Bounds[] = [];
+  /** Called when the drawing has another place, with what tells whether a part is whole in sight. */
+  onPlaced: (isWhole: (part: Bounds) => boolean) => void = () => {};
 
   constructor(
     key: string,
@@ -59,9 +66,10 @@ export class Viewport {
     this.listen();
     this.apply();
     new ResizeObserver(() => {
-      this.size = { width: this.root.clientWidth, height: this.root.clientHeight };
+      const { width, height } = drawing.getBoundingClientRect();
+      this.size = { width, height };
       this.apply();
-    }).observe(this.root);
+    }).observe(drawing);
   }
 
   /** The drawing has other bounds now. */
@@ -89,25 +97,39 @@ export class Viewport {
     this.apply();
   }
 
-  /** Pans so that a point of the drawing is in the middle, where it is not well inside. */
-  reveal(x: number, y: number): void {
+  /** Pans so that a part of the drawing is in the middle, where it is not well inside. */
+  reveal(part: Bounds): void {
     const { look } = this;
-    if (look.fit) return this.watch(x, y);
+    if (look.fit) return this.watch([part]);
+    const { x, y } = { x: part.left + part.width / 2, y: part.top + part.height / 2 };
     const [atX, atY] = [look.x + look.scale * x, look.y + look.scale * y];
-    const { clientWidth: width, clientHeight: height } = this.root;
+    const { width, height } = this.size;
     const inside = atX > 0.15 * width && atX < 0.85 * width && atY > 0.15 * height && atY < 0.85 * height;
     if (!inside) this.pan(width / 2 - atX, height / 2 - atY);
   }
 
-  /** Keeps a point of the drawing in sight until a person pans or zooms. */
-  watch(x: number, y: number): void {
-    if (this.watched?.x === x && this.watched.y === y) return;
-    this.watched = { x, y };
+  /** Keeps parts of the drawing in sight, as many as there is room for, until a person pans or zooms. */
+  watch(parts: Bounds[]): void {
+    if (JSON.stringify(this.watched) === JSON.stringify(parts)) return;
+    this.watched = parts;
     if (this.look.fit) this.apply();
   }
 
+  /** The middle of the watched parts that there is room for. */
+  private middle(scale: number): { x: number; y: number } {
+    const { bounds, size, watched: [first, ...others] } = this;
+    if (first === undefined) return { x: bounds.left + bounds.width / 2, y: bounds.top };
+    const isRoom = ({ width, height }: Bounds) => scale * width <= size.width - 2 * PAD_PX && scale * height <= size.height - 2 * PAD_PX;
+    let all = first;
+    for (const part of others) {
+      const more = joined(all, part);
+      if (isRoom(more)) all = more;
+    }
+    return { x: all.left + all.width / 2, y: all.top + all.height / 2 };
+  }
+
   private centre(): { x: number; y: number } {
-    return { x: this.root.clientWidth / 2, y: this.root.clientHeight / 2 };
+    return { x: this.size.width / 2, y: this.size.height / 2 };
   }
 
   private apply(): void {
@@ -115,13 +137,17 @@ export class Viewport {
     if (look.fit) {
       // What is not shown has no size; it gets one when it is.
       if (width === 0 || height === 0) return;
-      const fits = Math.min((width - 2 * PAD_PX) / bounds.width, (height - PAD_PX - BOTTOM_PX) / bounds.height);
+      const fits = Math.min((width - 2 * PAD_PX) / bounds.width, (height - 2 * PAD_PX) / bounds.height);
       look.scale = Math.min(Math.max(fits, LEAST_FIT), this.fitMost);
-      const { x, y } = this.watched ?? { x: bounds.left + bounds.width / 2, y: bounds.top };
-      look.x = placed(width, PAD_PX, look.scale, bounds.left, bounds.width, x);
-      look.y = placed(height, BOTTOM_PX, look.scale, bounds.top, bounds.height, y);
+      const { x, y } = this.middle(look.scale);
+      look.x = placed(width, look.scale, bounds.left, bounds.width, x);
+      look.y = placed(height, look.scale, bounds.top, bounds.height, y);
     }
     setAttr(this.world, "transform", `translate(${look.x.toFixed(2)} ${look.y.toFixed(2)}) scale(${look.scale.toFixed(4)})`);
+    const inside = (from: number, length: number, room: number) => from >= 0 && from + look.scale * length <= room;
+    this.onPlaced(
+      (part) => inside(look.x + look.scale * part.left, part.width, width) && inside(look.y + look.scale * part.top, part.height, height),
+    );
   }
 
   private buttons(): HTMLElement {
