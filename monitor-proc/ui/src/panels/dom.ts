@@ -48,13 +48,6 @@ export function setAttr(node: Element, name: string, value: string | null): void
   else node.setAttribute(name, value);
 }
 
-/** Restarts the animation of `name`. */
-export function flash(node: HTMLElement, name = "flash"): void {
-  node.classList.remove(name);
-  void node.offsetWidth;
-  node.classList.add(name);
-}
-
 /** A select with `values`, keeping the choice where it still exists. */
 export function setOptions(select: HTMLSelectElement, values: string[], chosen?: string): void {
   const before = chosen ?? select.value;
