@@ -170,6 +170,7 @@ async function done({ page, robocell, look, same }) {
   await page.locator('.machine .state[data-status="S"]').waitFor();
   const ways = await look(() => [document.querySelector(".live-table tr.last td:nth-child(2)"), document.querySelector('.machine .state[data-status="S"] text')].map((node) => node.textContent));
   same("where the last transition leads", ways[0], `→ ${ways[1]}`);
+  same("the place of the cube is drawn", await look((r) => r.view.stage.scene.getObjectByName("place mark")?.parent.visible), true);
   same("ways that are shown as next after the end", await page.locator(".live-table tr[data-status=S], .live-table tr[data-status=R]").count(), 0);
   robocell("pause");
   await page.locator("#status .state", { hasText: /^Paused · done$/ }).waitFor();

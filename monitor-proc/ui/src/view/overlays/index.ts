@@ -11,6 +11,7 @@ import { Forces } from "./forces";
 import { Ghost } from "./ghost";
 import { Names } from "./names";
 import type { Overlay } from "./overlay";
+import { Places } from "./places";
 import { Spheres } from "./spheres";
 import { Suction } from "./suction";
 import { Targets } from "./targets";
@@ -19,6 +20,7 @@ import { Trails } from "./trails";
 export class Overlays {
   private readonly all: Overlay[] = [
     new Targets(),
+    new Places(),
     new Approach(),
     new Spheres(),
     new Distances(),
@@ -40,10 +42,10 @@ export class Overlays {
       scene.add(root);
     }
     toggles.onChange((name, on) => {
-      const overlay = this.all.find((one) => one.name === name);
-      if (overlay === undefined) return;
-      overlay.root.visible = on;
-      if (!on) overlay.reset();
+      for (const overlay of this.all.filter((one) => one.name === name)) {
+        overlay.root.visible = on;
+        if (!on) overlay.reset();
+      }
     });
   }
 

@@ -1,0 +1,60 @@
+// The places that the task's description names, as flat outlines where an object goes.
+import { Color, DoubleSide, Group, Mesh, MeshBasicMaterial, RingGeometry } from "three";
+import type { Scene } from "../../net/protocol";
+import type { Snapshot } from "../../net/snapshot";
+import type { Cell } from "../cell";
+import type { Overlay } from "./overlay";
+
+const COLOUR = new Color(0xffd166);
+const LINE_M = 0.004;
+/** Between an object and the outline of its place (m). */
+const AROUND_M = 0.008;
+/** Above what the object stands on, so that both are not drawn in one plane (m). */
+const ABOVE_M = 0.0008;
+const USUAL_HALF_M = 0.03;
+const CORNERS = 4;
+
+/** Positions in the world (m), by name. */
+function placesOf({ task }: Scene): [string, number[]][] {
+  const all = task["place"];
+  if (typeof all !== "object" || all === null) return [];
+  return Object.entries(all).flatMap(([name, place]: [string, unknown]) => {
+    const at: unknown = typeof place === "object" && place !== null && "position_m" in place ? place.position_m : null;
+    const isPoint = Array.isArray(at) && at.length === 3 && at.every((one) => typeof one === "number");
+    return isPoint ? [[name, at as number[]]] : [];
+  });
+}
+
+/** Half the width of what is placed (m). */
+function halfWidth({ objects }: Scene): number {
+  const sizes = objects.map(({ shape }) => ("size_m" in shape ? Math.max(shape.size_m[0], shape.size_m[1]) / 2 : USUAL_HALF_M));
+  return Math.max(...sizes, 0) || USUAL_HALF_M;
+}
+
+export class Places implements Overlay {
+  readonly name = "targets";
+  readonly root = new Group();
+  private scene: Scene | null = null;
+
+  update({ scene }: Cell, _: Snapshot): void {
+    if (scene === this.scene) return;
+    this.scene = scene;
+    this.root.clear();
+    const half = halfWidth(scene) + AROUND_M;
+    const paint = new MeshBasicMaterial({ color: COLOUR, side: DoubleSide, toneMapped: false, fog: false });
+    for (const [name, [x = 0, y = 0, z = 0]] of placesOf(scene)) {
+      // A ring of four corners is a square.
+      const square = new RingGeometry(Math.SQRT2 * half, Math.SQRT2 * (half + LINE_M), CORNERS, 1, Math.PI / 4);
+      const outline = new Mesh(square, paint);
+      outline.name = `place ${name}`;
+      outline.position.set(x, y, z + ABOVE_M);
+      outline.raycast = () => {};
+      this.root.add(outline);
+    }
+  }
+
+  reset(): void {
+    this.scene = null;
+    this.root.clear();
+  }
+}
