@@ -174,6 +174,13 @@ export async function phone({ page, look, until, robocell }) {
   const touch = (type, ...points) => devtools.send("Input.dispatchTouchEvent", { type, touchPoints: points.map(([x, y]) => ({ x, y })) });
   robocell("resume");
   await page.locator("#status .state", { hasText: "Running" }).waitFor();
+  // The objects are not lost in a picture of the whole table: the camera is as near as the arms and the work allow.
+  const apart_px = await look((r) => {
+    const [one, other] = ["red_cube", "yellow_cube"].map((name) => r.view.screenOf(name));
+    const [from, to] = ["red_cube", "yellow_cube"].map((name) => r.view.bodyPositions()[name]);
+    return Math.hypot(one[0] - other[0], one[1] - other[1]) / Math.hypot(...from.map((x, axis) => x - to[axis]));
+  });
+  if (apart_px < 250) throw new Error(`a metre of the table has ${apart_px} px`);
   // The last one that the task takes.
   const name = "yellow_cube";
   const index = await look((r, name) => r.store.scene.objects.findIndex((one) => one.name === name), name);

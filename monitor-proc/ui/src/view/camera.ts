@@ -23,6 +23,8 @@ const NEAREST_M = 0.1;
 const FARTHEST_M = 12;
 const STEEPEST_RAD = 1e-3;
 
+/** A narrower picture has no room for the whole table: its objects would be some pixels wide. */
+const NARROW_PX = 480;
 /** A target that moved farther is another one: the picture need not hold the last one. */
 const ELSEWHERE_M = 0.2;
 
@@ -59,6 +61,7 @@ export class Camera {
   /** A person turned the camera, and no preset was chosen since. */
   private turned = false;
   private points = [new Vector3(-0.3, -0.5, 0), new Vector3(0.7, 0.5, 0.8)];
+  private work: Vector3[] = [];
   private seen = { eye: new Vector3(1.5, 0.5, 1.2), target: new Vector3(0.5, 0, 0.2) };
   private writing = 0;
   private before = "";
@@ -99,9 +102,10 @@ export class Camera {
     this.preset(1, null);
   }
 
-  /** Takes over a new scene; `points` should all be in the picture. */
-  frame(scene: Scene, points: Vector3[]): void {
+  /** Takes over a new scene; `points` should all be in the picture, in a narrow one `work` alone. */
+  frame(scene: Scene, points: Vector3[], work: Vector3[]): void {
     this.points = points;
+    this.work = work;
     this.seen.eye.set(...scene.camera.eye_m);
     this.seen.target.set(...scene.camera.target_m);
     this.restore();
@@ -136,7 +140,8 @@ export class Camera {
   }
 
   private get framed(): Vector3[] {
-    return [...this.points, ...this.added];
+    const isNarrow = this.size[0] - this.covered.left < NARROW_PX && this.work.length > 0;
+    return [...(isNarrow ? this.work : this.points), ...this.added];
   }
 
   /** 1 the cell's own, 2 from above, 3 front, 4 side, 5 at the tool. */

@@ -143,6 +143,15 @@ export class Cell {
     return points;
   }
 
+  /** Points that a narrow picture has to hold: the work and what does it, without the rest of the table; none where a person leads the arm anywhere (m). */
+  workPoints(): Vector3[] {
+    if (this.work() === null || tableCorners(this.scene).length === 0 || this.scene.task["kind"] === "reach") return [];
+    const shown = this.bodies.filter(({ group }) => group.visible);
+    const bodies = shown.flatMap(({ group }) => cornersOf(new Box3().setFromObject(group)));
+    const arms = this.robots.flatMap((robot) => [...cornersOf(new Box3().setFromObject(robot.root)), robot.toolPose().position]);
+    return [...goals(this.scene), ...fixtureCorners(this.scene), ...bodies, ...arms];
+  }
+
   /** The middle of objects and goals; null where there are none. */
   private work(): Vector3 | null {
     const bodies = this.bodies.filter(({ group }) => group.visible).map(({ group }) => group.position);

@@ -309,7 +309,7 @@ export class View implements ViewApi {
     const reach = Math.max(LEAST_REACH_M, 0.5 * Math.hypot(size.x, size.y));
     const eye = new Vector3(...this.cell.scene.camera.eye_m);
     this.stage.arrange(this.cell.floor, extent.getCenter(new Vector3()), reach, eye);
-    this.eye.frame(this.cell.scene, points);
+    this.eye.frame(this.cell.scene, points, this.cell.workPoints());
   }
 
   private refresh(): void {
