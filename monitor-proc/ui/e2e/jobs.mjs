@@ -71,6 +71,10 @@ export async function load({ page, look, until, press, robocell }) {
   robocell("task", "start");
   await page.getByRole("tab").last().click();
   const chart = `document.querySelector(".load-chart").load`;
+  // A cup that only touches an object carries no load.
+  await until("the cup touches an object", (r) => r.store.snapshot.arms[0].attached || r.store.snapshot.arms[0].held !== null);
+  const early = await look((r) => r.store.snapshot.arms[0].held === null && r.view.shown?.arms[0].held == null && document.querySelector("#view .label.load") !== null);
+  if (early) throw new Error("a load is written before an object is held");
   await until("the load is written beside the cup", (r) => {
     const label = document.querySelector("#view .label.load");
     const gap_px = label === null ? 0 : label.getBoundingClientRect().left - r.view.screenOf("tool")[0];
