@@ -267,7 +267,9 @@ impl MonitorProcess {
 
     /// Writes a pause that no page requested to the log and the page: a recording has it, too.
     fn log_pause(&mut self, now_ns: u64) {
-        if let Some((text, time_s)) = self.pauses.take_due(now_ns) {
+        // A page cannot explain it any more at the end of the run.
+        let until_ns = if self.ending { u64::MAX } else { now_ns };
+        if let Some((text, time_s)) = self.pauses.take_due(until_ns) {
             let text = format!("operator: {text}");
             self.log.operator(time_s, &text);
             self.broadcast.add_log_line(time_s, "lifecycle", &text);
