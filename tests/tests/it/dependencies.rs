@@ -1,6 +1,7 @@
 //! Who may know whom.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 use std::process::Command;
 
 use serde_json::Value;
@@ -127,6 +128,19 @@ fn only_what_joins_the_cores_knows_a_process() {
                 .collect();
             assert!(known.is_empty(), "{name} depends on {known:?}");
         }
+    }
+}
+
+#[test]
+fn every_process_is_in_the_builds_that_leave_the_checkout_or_begin_in_it() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    for file in [
+        "crates/tools/from-checkout/src/main.rs",
+        "python/build-wheel",
+    ] {
+        let text = std::fs::read_to_string(root.join(file)).unwrap();
+        let missing: Vec<_> = PROCESSES.iter().filter(|p| !text.contains(**p)).collect();
+        assert!(missing.is_empty(), "{file} does not build {missing:?}");
     }
 }
 

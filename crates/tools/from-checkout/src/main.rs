@@ -9,10 +9,11 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 /// Packages whose programs a cell needs.
-const PACKAGES: [&str; 5] = [
+const PACKAGES: [&str; 6] = [
     "robocell-launch",
     "robocell-physics",
     "robocell-controller",
+    "robocell-fci-proc",
     "robocell-task-proc",
     "robocell-monitor",
 ];
