@@ -21,6 +21,8 @@ export interface Body {
 const HEADROOM_M = 0.75;
 /** How much of a table may be cut off, so that the arms are not drawn too small. */
 const TABLE_MARGIN = 0.15;
+/** Around objects and goals there is room for the finger that pulls them (m). */
+const AROUND_WORK_M = 0.08;
 
 /** What a part of the picture belongs to; all null for the room. */
 export interface Owner {
@@ -133,7 +135,7 @@ export class Cell {
       if (this.scene.task["kind"] === "reach") points.push(...led(robot, reach));
     }
     for (const { group } of this.bodies) {
-      if (group.visible) points.push(...cornersOf(new Box3().setFromObject(group)));
+      if (group.visible) points.push(...cornersOf(boundsOf(group)));
     }
     const middle = new Box3().setFromPoints(points).getCenter(new Vector3());
     for (const corner of tableCorners(this.scene)) {
@@ -147,9 +149,10 @@ export class Cell {
   workPoints(): Vector3[] {
     if (this.work() === null || tableCorners(this.scene).length === 0 || this.scene.task["kind"] === "reach") return [];
     const shown = this.bodies.filter(({ group }) => group.visible);
-    const bodies = shown.flatMap(({ group }) => cornersOf(new Box3().setFromObject(group)));
+    const bodies = shown.flatMap(({ group }) => cornersOf(boundsOf(group).expandByScalar(AROUND_WORK_M)));
+    const places = goals(this.scene).flatMap((at) => cornersOf(new Box3(at, at.clone()).expandByScalar(AROUND_WORK_M)));
     const arms = this.robots.flatMap((robot) => [...cornersOf(new Box3().setFromObject(robot.root)), robot.toolPose().position]);
-    return [...goals(this.scene), ...fixtureCorners(this.scene), ...bodies, ...arms];
+    return [...places, ...fixtureCorners(this.scene), ...bodies, ...arms];
   }
 
   /** The middle of objects and goals; null where there are none. */
@@ -177,6 +180,12 @@ function led({ root, spec }: Robot, reach: number): Vector3[] {
 
 /** Directions of more than a right angle and a half from the work are behind an arm (cosine). */
 const BACK = -0.7;
+
+/** Its parts keep their places in it, so that three.js alone would take where they were drawn last. */
+function boundsOf(object: Object3D): Box3 {
+  object.updateMatrixWorld(true);
+  return new Box3().setFromObject(object);
+}
 
 function cornersOf({ min, max }: Box3): Vector3[] {
   return [min.x, max.x].flatMap((x) =>

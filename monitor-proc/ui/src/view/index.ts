@@ -302,7 +302,10 @@ export class View implements ViewApi {
   /** Light and camera for the whole cell, once more when its objects have come. */
   private frame(): void {
     if (this.cell === null || this.framed) return;
-    this.framed = this.shown !== null;
+    // The first states can be older than the first one of the objects: these have no orientation yet.
+    const { objects } = this.cell.scene;
+    const isTold = (pose: number[], index: number) => objects[index]?.parked === true || pose.slice(3).some((part) => part !== 0);
+    this.framed = this.shown?.objects.every(({ pose }, index) => isTold(pose, index)) ?? false;
     const points = this.cell.outlinePoints();
     const extent = new Box3().setFromPoints(points);
     const size = extent.getSize(new Vector3());
