@@ -17,6 +17,7 @@ import { isCurrent, markedAt } from "./epochs";
 import { Falls } from "./fallen";
 import { lostOf } from "./lost";
 import { decode, type Snapshot } from "./snapshot";
+import { afterDone, lossesOf } from "./phases";
 import { ShownSpans } from "./spans";
 import { inOrder, type Wrong, type WrongFrom } from "./wrong";
 
@@ -147,7 +148,13 @@ export class Store {
 
   /** The lanes of the history that led to now, as they are shown. */
   get spans(): Span[] {
-    return this.shown.of(this.lanes, this.wrong, this.timeline, (line) => this.isCurrent(line));
+    return this.shown.of(this.lanes, this.wrong, lossesOf(this), this.timeline, (line) => this.isCurrent(line));
+  }
+
+  /** Whether the task has ended, and does not work again since, at the moment that is shown. */
+  get isTaskOver(): boolean {
+    const outcome = this.status?.task.outcome;
+    return outcome === "failed" || (outcome === "done" && !afterDone(this).isAgain);
   }
 
   /** What was wrong at `time_s`. */

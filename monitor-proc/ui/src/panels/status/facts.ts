@@ -1,5 +1,5 @@
 // What the bar above the 3D view, and the badge of the task, are told from.
-import { afterDone, phaseOf } from "../../net/phases";
+import { afterDone, isPickingUp, phaseOf } from "../../net/phases";
 import { FLAG, isUnreachable } from "../../net/snapshot";
 import type { PanelContext } from "../context";
 import { pausedWhy } from "../top/index";
@@ -22,6 +22,7 @@ export function factsOf(context: PanelContext): Facts {
     task: status?.task ?? null,
     phase: phaseOf(store),
     since: afterDone(store),
+    isPickingUp: held.length === 0 && isPickingUp(store),
     shown_s,
     newest_s: Math.max(store.timeline?.to_s ?? 0, shown_s),
     past: context.flag(FLAG.notLive),

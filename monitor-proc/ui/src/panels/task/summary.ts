@@ -49,9 +49,10 @@ function outcomeOf(context: PanelContext): [string, string | null] {
 /** What the task is at: its phase, or how it ended where it works no more. */
 function titleOf(store: Store, { outcome }: Status["task"]): string {
   if (outcome === "failed") return "FAILED";
-  const phase = outcome === "done" ? afterDone(store).phase : phaseOf(store);
-  return outcome === "done" && phase === "" ? "DONE" : words(phase) || "–";
+  if (outcome === "done" && !afterDone(store).isAgain) return "DONE";
+  return words(phaseOf(store)) || "–";
 }
+
 /** `1 drop`, `2 drops`. */
 function nameOf(key: string, count: number): string {
   const name = NAMES[key] ?? key;
