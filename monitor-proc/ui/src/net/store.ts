@@ -15,6 +15,7 @@ import type {
 import { Ages } from "./ages";
 import { isCurrent, markedAt } from "./epochs";
 import { Falls } from "./fallen";
+import { addInOrder } from "./lines";
 import { lostOf } from "./lost";
 import { decode, type Snapshot } from "./snapshot";
 import { afterDone, lossesOf } from "./phases";
@@ -319,11 +320,11 @@ export class Store {
     const known = this.log.length;
     if (all) this.log = [];
     const marked = lines.map((line) => withMark(line, this.scene));
-    this.log.push(...marked);
+    const isInOrder = marked.map((line) => addInOrder(this.log, line)).every((isLast) => isLast);
     if (all) this.insertOwn(this.hello?.live === false ? this.own.filter(({ time_s }) => time_s <= (this.snapshot?.time ?? 0)) : this.own);
     this.log.splice(0, this.log.length - KEPT_LINES);
     // Nothing new was said where all is told once more.
-    this.emit("log", all && (known > 0 || this.own.length > 0) ? [] : marked);
+    this.emit("log", !isInOrder || (all && (known > 0 || this.own.length > 0)) ? [] : marked);
     if (!all) this.emit("newLines", lines);
   }
 

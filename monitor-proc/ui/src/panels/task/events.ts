@@ -69,10 +69,13 @@ export function eventLog(context: PanelContext): HTMLElement {
     empty.hidden = empty.textContent === "";
     context.pulse.measure(follow);
   };
-  const rebuild = () => {
+  const fill = () => {
     list.replaceChildren();
-    follows = true;
     append(store.log);
+  };
+  const rebuild = () => {
+    follows = true;
+    fill();
   };
   filter.addEventListener("input", rebuild);
   const chips = KINDS.map((kind) => {
@@ -86,7 +89,13 @@ export function eventLog(context: PanelContext): HTMLElement {
     return chip;
   });
   store.on("hello", rebuild);
-  store.on("log", (lines) => (lines.length === 0 ? rebuild() : append(lines)));
+  store.on("log", (lines) => {
+    if (lines.length > 0) return append(lines);
+    // A line that came late is no reason to leave what a person reads.
+    const { scrollTop } = list;
+    fill();
+    list.scrollTop = scrollTop;
+  });
   // What comes after the moment that is shown is not said yet.
   let shown = Infinity;
   let followed = true;
