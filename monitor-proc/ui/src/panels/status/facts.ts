@@ -34,7 +34,8 @@ export function factsOf(context: PanelContext): Facts {
     held,
     unreached: unreached(context),
     lost: store.lost,
-    fallen: store.fallen,
+    // Parts of a dispenser are counted in its panel.
+    fallen: scene?.dispenser == null ? store.fallen : [],
     incidents: new Set(store.marked.flatMap(({ incident }) => incident ?? [])).size,
   };
 }
