@@ -104,7 +104,7 @@ function connection({ link, hello, heard_ms }: Facts, told: Told): Line | null {
   const { demo, policy, seed } = hello.run;
   const command = hello.live ? `robocell run ${demo} --policy ${policy} --seed ${seed}` : `robocell replay ${hello.source ?? "FILE"}`;
   const what = hello.live ? "The cell" : "The replay";
-  return { ...line("stale", `${what} has ended`, [stood(told), `at ${at}; this starts it again:`]), command };
+  return { ...line("stale", `${what} has ended`, [`at ${at}`, stood(told), "this starts it again:"]), command };
 }
 
 /** How the task was at the last moment that is known. */
