@@ -29,7 +29,8 @@ export function mountFillBin(context: PanelContext, element: HTMLElement): () =>
     const found = store.status?.equipment;
     setText(parts, String(found?.parts_dropped ?? 0));
     const [waiting, cleared] = [found?.parts_waiting ?? 0, found?.cleared ?? 0];
-    setText(inBin, `${waiting > 0 ? `, ${waiting} to come` : ""}${cleared > 0 ? `, ${cleared} out of the cell` : ""}`);
+    const isEnd = store.isTaskOver;
+    setText(inBin, `${waiting > 0 ? `, ${waiting} ${isEnd ? "not used" : "to come"}` : ""}${cleared > 0 ? `, ${cleared} out of the cell` : ""}`);
   };
   show();
   const off = [store.on("status", show), load.stop];

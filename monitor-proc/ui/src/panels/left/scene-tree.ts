@@ -96,11 +96,12 @@ function objects(context: PanelContext, scene: Scene, refreshes: Refresh[]): HTM
       const holder = context.snapshot?.arms.findIndex((arm) => arm.held === index) ?? -1;
       // A hundred rows ten times a second: to ask the page for their texts takes longer.
       const isFallen = context.store.fallen.includes(object.name);
-      const key = `${now.flags} ${holder} ${isFallen} ${isStill} ${Math.round(1000 * now.pose[2])}`;
+      const isEnd = context.store.isTaskOver;
+      const key = `${now.flags} ${holder} ${isFallen} ${isEnd} ${isStill} ${Math.round(1000 * now.pose[2])}`;
       if (key === before) return;
       before = key;
       const isPart = scene.dispenser != null;
-      const absent = object.parked !== true || (isFallen && !isPart) ? "lost" : isFallen ? "out of the cell" : "to come";
+      const absent = object.parked !== true || (isFallen && !isPart) ? "lost" : isFallen ? "out of the cell" : isEnd ? "not used" : "to come";
       const words = objectState(now, absent, holder < 0 ? null : context.armName(holder), isStill);
       setText(state, words);
       setAttr(state, "data-tone", words === "lost" ? "bad" : null);
