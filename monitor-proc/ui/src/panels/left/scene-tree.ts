@@ -79,7 +79,7 @@ function arms(context: PanelContext, scene: Scene, refreshes: Refresh[]): HTMLEl
     refreshes.push(() => {
       const now = context.snapshot?.arms[index];
       const held = now?.held == null ? null : scene.objects[now.held]?.name;
-      setText(state, now?.fault ? "fault" : held ? `holds ${held}` : arm.robot);
+      setText(state, now?.fault ? "fault" : held ? `holds ${held}` : "free");
     });
     return row(context, arm.name, null, state);
   });
