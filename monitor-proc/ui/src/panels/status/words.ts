@@ -93,23 +93,24 @@ function clockTime(ms: number): string {
   return new Date(ms).toTimeString().slice(0, 8);
 }
 
-function connection({ link, hello, heard_ms }: Facts, told: Told): Line | null {
+function connection(facts: Facts, told: Told): Line | null {
+  const { link, hello, heard_ms } = facts;
   if (link === "refused") {
     return { ...line("bad", "Wrong link", ["this page belongs to a run that has ended; the link of the one that runs now is printed by"]), command: "robocell status" };
   }
   if (link === "connected") return null;
   if (hello === null || heard_ms === null) return line("info", "Connecting", ["no message of the monitor yet"]);
   const at = clockTime(heard_ms);
-  if (link === "no answer") return line("warn", "No answer", [`since ${at}; the page connects again`, stood(told)]);
+  if (link === "no answer") return line("warn", "No answer", [`since ${at}; the page connects again`, stood(told, facts.paused)]);
   const { demo, policy, seed } = hello.run;
   const command = hello.live ? `robocell run ${demo} --policy ${policy} --seed ${seed}` : `robocell replay ${hello.source ?? "FILE"}`;
   const what = hello.live ? "The cell" : "The replay";
-  return { ...line("stale", `${what} has ended`, [`at ${at}`, stood(told), "this starts it again:"]), command };
+  return { ...line("stale", `${what} has ended`, [`at ${at}`, stood(told, facts.paused), "this starts it again:"]), command };
 }
 
 /** How the task was at the last moment that is known. */
-function stood({ word, detail }: Told): string {
-  return [`the task was ${word.toLowerCase()}`, ...detail].filter((part) => part !== "").join(" · ");
+function stood({ word, detail, isSpecial }: Told, isPaused: boolean): string {
+  return [`the task was ${isPaused && !isSpecial ? "paused" : word.toLowerCase()}`, ...detail].filter((part) => part !== "").join(" · ");
 }
 
 /** A word and what the task did, for a moment that is not now. */

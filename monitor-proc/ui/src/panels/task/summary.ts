@@ -39,8 +39,8 @@ function insteadOfNow(context: PanelContext): string {
 /** Text and tone of the outcome, the same rule in every demo: `done`, `paused: running`, `ended: failed`. */
 function outcomeOf(context: PanelContext): [string, string | null] {
   const instead = insteadOfNow(context);
-  const { word, tone } = taskOf(factsOf(context));
-  const text = word.toLowerCase();
+  const { word, tone, isSpecial } = taskOf(factsOf(context));
+  const text = context.isStale && context.paused && !isSpecial ? "paused" : word.toLowerCase();
   if (instead === "") return [text, tone];
   const other = context.isStale ? null : instead === "paused" ? "warn" : "info";
   return [`${instead}: ${text}`, tone === "bad" && !context.isStale ? "bad" : other];
