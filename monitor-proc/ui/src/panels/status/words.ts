@@ -34,6 +34,8 @@ export interface Facts {
   held: string[];
   /** What keeps an arm from the target that a person gave it; empty if nothing does. */
   unreached: string;
+  /** How far an arm is from the target that a person gave it; empty for other tasks. */
+  target: string;
   /** Names of objects that fell out of the cell. */
   lost: string[];
   /** Names of those that fell out and that a device can bring again. */
@@ -161,7 +163,7 @@ export function taskOf(facts: Facts): Told {
   if (task.outcome === "idle") return told("info", "Idle", [phase], [], false);
   if (unreached !== "") return told("bad", "Not reached", [unreached, phase, ...held]);
   if (facts.isPickingUp) return told("warn", "Running", [`grip lost, ${PICKING_UP}`, phase, ...outside(fallen)], [], false);
-  return told("ok", "Running", [phase, ...held, ...outside(fallen)], [], false);
+  return told("ok", "Running", [facts.target, phase, ...held, ...outside(fallen)], [], false);
 }
 
 function named(names: string[]): string {
