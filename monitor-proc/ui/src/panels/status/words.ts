@@ -43,7 +43,7 @@ export interface Facts {
   incidents: number;
 }
 
-export type Action = "again" | "moment" | "play" | "reset" | "resume" | "start";
+export type Action = "again" | "moment" | "play" | "reset" | "resume" | "start" | "tool";
 type Tone = "ok" | "info" | "warn" | "bad" | "stale";
 
 export interface Line {
@@ -161,7 +161,7 @@ export function taskOf(facts: Facts): Told {
   if (startEvent && !task.started) return told("info", "Waiting", ["for the start event"], ["start"], false);
   if (task.wait !== "") return told("warn", "Waiting", [task.wait, phase], [], false);
   if (task.outcome === "idle") return told("info", "Idle", [phase], [], false);
-  if (unreached !== "") return told("bad", "Not reached", [unreached, phase, ...held]);
+  if (unreached !== "") return told("bad", "Not reached", [unreached, phase, ...held], ["tool"]);
   if (facts.isPickingUp) return told("warn", "Running", [`grip lost, ${PICKING_UP}`, phase, ...outside(fallen)], [], false);
   return told("ok", "Running", [facts.target, phase, ...held, ...outside(fallen)], [], false);
 }
