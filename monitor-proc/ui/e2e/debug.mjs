@@ -83,7 +83,7 @@ async function severalArms({ page, look, same }) {
     const span = (lane) => ({ lane, kind: "process", from_s: time_s - 0.5, epoch, label: "restarted", tone: "bad" });
     r.store.takeText({ t: "lanes", all: false, spans: ["one", "two", "three", "four", "five"].map(span) });
   });
-  await page.locator('.marks [data-mark="part"]').waitFor({ state: "attached" });
+  await page.locator('.marks [data-mark="part"]').first().waitFor({ state: "attached" });
   same("marks of the end of the task", await page.locator('.marks [data-mark="done"]').count(), 0);
   await page.locator(".lanes-more", { hasText: /^▾ \d more$/ }).waitFor();
   await page.locator(".lanes-button").click();
