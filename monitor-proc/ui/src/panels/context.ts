@@ -98,7 +98,8 @@ export class PanelContext {
 
   /** Whether the task of this cell has ended: simulated time that continues brings nothing. */
   get isTaskOver(): boolean {
-    return this.store.hello?.live !== false && this.store.isTaskOver;
+    const outcome = this.store.status?.task.outcome;
+    return this.store.hello?.live !== false && (outcome === "done" || outcome === "failed");
   }
 
   /** Sends commands one after the other, until one is refused. */

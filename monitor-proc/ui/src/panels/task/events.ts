@@ -69,13 +69,10 @@ export function eventLog(context: PanelContext): HTMLElement {
     empty.hidden = empty.textContent === "";
     context.pulse.measure(follow);
   };
-  const fill = () => {
-    list.replaceChildren();
-    append(store.log);
-  };
   const rebuild = () => {
+    list.replaceChildren();
     follows = true;
-    fill();
+    append(store.log);
   };
   filter.addEventListener("input", rebuild);
   const chips = KINDS.map((kind) => {
@@ -89,13 +86,7 @@ export function eventLog(context: PanelContext): HTMLElement {
     return chip;
   });
   store.on("hello", rebuild);
-  store.on("log", (lines) => {
-    if (lines.length > 0) return append(lines);
-    // A line that came late is no reason to leave what a person reads.
-    const { scrollTop } = list;
-    fill();
-    list.scrollTop = scrollTop;
-  });
+  store.on("log", (lines) => (lines.length === 0 ? rebuild() : append(lines)));
   // What comes after the moment that is shown is not said yet.
   let shown = Infinity;
   let followed = true;
