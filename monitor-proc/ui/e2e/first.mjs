@@ -209,6 +209,7 @@ export async function reach({ page, look, until, near, same, robocell }) {
   const front = (await command("In front")).slice(1, 4).map(Number);
   await until("the target is the button's", (r, at) => at.every((x, axis) => Math.abs(r.store.snapshot.arms[0].target[axis] - x) < 1e-3), front);
   await verdict("reached");
+  await page.locator("#status .detail", { hasText: /^at the target · FOLLOW$/ }).waitFor();
   near("the tool", await tool(), front, 0.01);
   // A recording has no handles: the mark alone tells the target from the tool.
   same("the mark of the target is drawn", await look((r) => r.view.stage.scene.getObjectByName("target mark")?.parent.visible), true);
@@ -241,6 +242,8 @@ export async function reach({ page, look, until, near, same, robocell }) {
   await page.setViewportSize({ width: 1280, height: 720 });
   const away = Number.parseFloat(await shown("Distance to the target"));
   if (!(away > 100)) throw new Error(`out of reach and ${away} mm away`);
+  await bar.getByRole("button", { name: "Target to the tool" }).click();
+  await page.locator("#status .detail", { hasText: /^at the target/ }).waitFor();
   await button("In front").click();
   await verdict("reached");
 }

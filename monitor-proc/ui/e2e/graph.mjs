@@ -228,7 +228,7 @@ export async function guards(test) {
   const rows = await read();
   const attached = rows.find(({ name }) => name === "ATTACHED");
   same("ATTACHED is old", attached.old, true);
-  if (!/^true ?, [\d.]+ s ago$/.test(attached.says)) throw new Error(`ATTACHED says ${JSON.stringify(attached)}`);
+  if (!/^last true ?[\d.]+ s ago$/.test(attached.says)) throw new Error(`ATTACHED says ${JSON.stringify(attached)}`);
   const current = rows.filter(({ name, old }) => !old && ["ATTACHED", "DETACHED"].includes(name));
   if (current.length > 1) throw new Error(`current at once: ${JSON.stringify(current)}`);
   const age = async () => Number((await read()).find(({ name }) => name === "ATTACHED").says.match(/[\d.]+/)[0]);

@@ -67,7 +67,7 @@ export async function drawing({ page, look, until, press, robocell, same }) {
 }
 
 /** The chart shows the load up to the break, also of the past. */
-export async function load({ page, look, until, press, robocell }) {
+export async function load({ page, look, until, press, robocell, same }) {
   robocell("task", "start");
   await page.getByRole("tab").last().click();
   const chart = `document.querySelector(".load-chart").load`;
@@ -81,10 +81,11 @@ export async function load({ page, look, until, press, robocell }) {
     return gap_px > 10 && gap_px < 45;
   });
   await until("the grip broke", (r) => r.store.log.some(({ mark }) => mark === "break"));
+  await page.locator("#status .detail", { hasText: /^grip lost, picking up again · [A-Z]+$/ }).waitFor();
   await page.locator('.marks i[data-mark="break"]').first().waitFor({ state: "attached" });
   await until("the break is marked", `(r) => ${chart}.breaks() > 0`);
   await until("the load rose", `(r) => Math.max(...${chart}.data()[1]) > 30`);
-  await pickedUpAgain(page);
+  await pickedUpAgain({ page, look, until, same });
   await press("robocell pause");
   await until("it is paused", flag(PAUSED));
   const at = await look((r) => r.store.log.find(({ mark }) => mark === "break").time_s - 2);
@@ -95,10 +96,21 @@ export async function load({ page, look, until, press, robocell }) {
   if (at < from || at > to) throw new Error(`the chart shows ${from} to ${to} s, not ${at} s`);
 }
 
-/** A job that was done and lost its grip since does not say that it holds the object. */
-async function pickedUpAgain(page) {
-  const detail = page.locator("#status .detail");
-  await detail.filter({ hasText: /^picking up again: [A-Z]+ · grip lost \d+ times? since/ }).waitFor();
-  const text = await detail.innerText();
-  if (text.startsWith("picking up again") && text.includes("held again")) throw new Error(`the bar says ${text}`);
+/** A job that lost its grip after it was done is not done until it holds the object. */
+async function pickedUpAgain({ page, look, until, same }) {
+  const bar = page.locator("#status");
+  await page.getByRole("tab", { name: "Task" }).click();
+  await until("the bar, the badge and the buttons say that it is picked up again", () => {
+    const text = (at) => document.querySelector(at).textContent;
+    const isSaid = text("#status .state") === "Picking up again" && /^[A-Z]+ · grip lost \d+ times?$/.test(text("#status .detail"));
+    const primary = [...document.querySelectorAll(".button.primary")].filter((node) => node.checkVisibility() && node.textContent === "Run again");
+    return isSaid && text(".summary .badge") === "picking up again" && primary.length === 0;
+  });
+  await bar.locator(".state", { hasText: /^Done$/ }).waitFor();
+  await bar.locator(".detail", { hasText: /^holds bin · grip lost \d+ times?$/ }).waitFor();
+  await page.locator(".summary .phase", { hasText: /^DONE$/ }).waitFor();
+  await until("the phase is that it is done", (r) => r.store.spans.filter(({ kind }) => kind === "phase").at(-1).label === "DONE");
+  const labels = await look((r) => r.store.spans.filter(({ kind }) => kind === "task").map(({ label }) => label));
+  same("the outcome", labels.slice(labels.indexOf("done"), labels.indexOf("done") + 3), ["done", "picking up again", "done"]);
+  await page.getByRole("tab").last().click();
 }

@@ -39,7 +39,7 @@ export async function status({ page, robocell, forgive, look, same }) {
 
 /** Nothing that was a number of now is left, nothing pulses, and the bar says how the task was. */
 async function endedLooksEnded(page, look, same) {
-  await page.locator("#status .detail", { hasText: /^the task was running · [A-Z_ ]+ · / }).waitFor();
+  await page.locator("#status .detail", { hasText: /^at \d\d:\d\d:\d\d · the task was running · [A-Z_ ]+ · / }).waitFor();
   await page.locator(".summary .badge", { hasText: /^ended: running$/ }).waitFor();
   await page.locator(".badges .badge", { hasText: /^ended$/ }).waitFor();
   const left = await look(() => {

@@ -85,6 +85,20 @@ async function newestLine({ page, look }) {
   });
   for (const since = Date.now(); (await away()) > 2 && Date.now() - since < 5000; ) await page.waitForTimeout(100);
   if ((await away()) > 2) throw new Error(`the newest event is ${await away()} px below the list`);
+  const order = await look((r) => {
+    const line = { kind: "log", mark: null, ...r.store.log.at(-1) };
+    for (const [later_s, text] of [[0.3, "told first"], [0.1, "told late"]]) r.store.takeText({ t: "log", lines: [{ ...line, time_s: line.time_s + later_s, text }] });
+    return r.store.log.map(({ text }) => text).filter((text) => text.startsWith("told "));
+  });
+  if (order[0] !== "told late") throw new Error(`the order of lines: ${order}`);
+  const isWhole = () => look(() => {
+    const list = document.querySelector(".event-list");
+    const top = list.getBoundingClientRect().top;
+    const cut = [...list.children].map((row) => row.getBoundingClientRect()).find((row) => row.top < top - 1 && row.bottom > top + 1);
+    return cut === undefined || cut.bottom - top > list.clientHeight / 2;
+  });
+  for (const since = Date.now(); !(await isWhole()) && Date.now() - since < 5000; ) await page.waitForTimeout(50);
+  if (!(await isWhole())) throw new Error("the first line in sight is cut");
   await page.locator(".event-list").hover();
   await page.mouse.wheel(0, -200);
   await page.waitForTimeout(1000);

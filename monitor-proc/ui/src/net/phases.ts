@@ -1,9 +1,10 @@
 // The phase at the moment that is shown, and what came after the task was done, from the lanes of the timeline: bar,
 // panel and lanes then say the same.
-import type { Span } from "./protocol";
+import type { LogLine, Span } from "./protocol";
 import { FLAG } from "./snapshot";
-import { RESTS, SAME_S } from "./spans";
+import { RESTS } from "./spans";
 import type { Store } from "./store";
+import { OBJECT_LOST, PICKING_UP } from "./wrong";
 
 function current(store: Store, kind: Span["kind"], until_s: number): Span[] {
   return store.spans.filter((span) => span.kind === kind && span.from_s <= until_s);
@@ -32,22 +33,39 @@ export function phaseOf(store: Store): string {
 export interface AfterDone {
   /** What is done, as the task said it; empty where it said nothing. */
   achieved: string;
-  /** Phase in which the task works on; empty while it waits. */
+  /** Whether it lost its grip since, and does not hold the object again. */
+  isAgain: boolean;
+  /** Phase in which the task works on then; else empty. */
   phase: string;
-  /** How often a grip broke or an object was lost since. */
-  drops: number;
+}
+
+/** Lines of marks that tell of a lost grip; an object that fell out of the cell is not one to be picked up. */
+function isLoss({ mark, text }: LogLine): boolean {
+  return (mark === "break" || mark === "drop") && !text.startsWith(OBJECT_LOST);
+}
+
+/** When a grip was lost, in the history that led to now (s). */
+export function lossesOf(store: Store): number[] {
+  return store.marked.filter((line) => isLoss(line) && store.isCurrent(line)).map(({ time_s }) => time_s);
+}
+
+/** Whether a grip was lost before the moment that is shown, and nothing is held since. */
+export function isPickingUp(store: Store): boolean {
+  const until_s = until(store);
+  const lost_s = Math.max(...lossesOf(store).filter((at_s) => at_s <= until_s));
+  const run_s = current(store, "task", until_s).filter(({ label }) => label === "running").at(-1)?.from_s ?? -Infinity;
+  if (lost_s === -Infinity || lost_s < run_s) return false;
+  return !current(store, "grip", until_s).some(({ label, from_s }) => label !== "" && from_s > lost_s);
 }
 
 /** What a task that is done does since. */
 export function afterDone(store: Store): AfterDone {
   const until_s = until(store);
-  const done = current(store, "task", until_s).at(-1);
-  const done_s = done?.label === "done" ? done.from_s : Infinity;
-  const marks = store.marked.filter((line) => line.mark !== null && line.time_s <= until_s && store.isCurrent(line));
-  const since = current(store, "phase", until_s).filter(({ from_s, label }) => from_s > done_s + SAME_S && label !== "");
-  const phase = since.length > 0 && !RESTS.test(since.at(-1)?.label ?? "") ? phaseOf(store) : "";
-  const drops = marks.filter(({ mark, text, time_s }) => !text.startsWith("object lost") && (mark === "break" || mark === "drop") && time_s > done_s).length;
+  const state = current(store, "task", until_s).at(-1)?.label;
+  // The lane says `done` of an object that is lost as well, unless its grip was lost before.
+  const isAgain = store.status?.task.outcome === "done" && (state === PICKING_UP || state === OBJECT_LOST);
+  const ends = store.marked.filter((line) => line.mark === "done" && line.time_s <= until_s && store.isCurrent(line));
   // The page's own line of it says no more than that it is done.
-  const achieved = marks.filter((line) => line.mark === "done" && !store.own.includes(line)).at(-1)?.text.replace(/^\[\w+\] /, "") ?? "";
-  return { achieved, phase, drops };
+  const achieved = ends.filter((line) => !store.own.includes(line)).at(-1)?.text.replace(/^\[\w+\] /, "") ?? "";
+  return { achieved, isAgain, phase: isAgain ? phaseOf(store) : "" };
 }

@@ -1,10 +1,10 @@
-// The spans of the lanes as they are shown: beside those that were told, that a phase ends with its task, and what is
-// wrong though the task does not know of it.
+// The spans of the lanes as they are shown: beside those that were told, that a phase ends with its task, that a task
+// works again after it was done, and what is wrong though the task does not know of it.
 import type { Span } from "./protocol";
-import { NOT_REACHED, type WrongFrom } from "./wrong";
+import { NOT_REACHED, PICKING_UP, type WrongFrom } from "./wrong";
 
 /** Phases in which an arm waits, and works no more. */
-export const RESTS = /(^|_)(done|rest|home|idle|standby|ready)$/i;
+export const RESTS = /(^|_)(done|failed|rest|home|idle|standby|ready)$/i;
 /** What begins so soon after the end of a task is part of the same decision (s). */
 export const SAME_S = 0.05;
 
@@ -17,9 +17,9 @@ export class ShownSpans {
   /** What is added has one identity: its bar is drawn once. */
   private made = new Map<string, Span>();
 
-  /** The spans of the current history, oldest first; the same list until something changed. */
-  of(lanes: Span[], wrong: WrongFrom[], timeline: unknown, isCurrent: IsCurrent): Span[] {
-    const from = [lanes, wrong, timeline];
+  /** The spans of the current history, oldest first; the same list until something changed. `losses`: when a grip was lost (s). */
+  of(lanes: Span[], wrong: WrongFrom[], losses: number[], timeline: unknown, isCurrent: IsCurrent): Span[] {
+    const from = [lanes, wrong, losses.join(), timeline];
     if (from.every((one, index) => one === this.from[index])) return this.all;
     this.from = from;
     const known = this.made;
@@ -33,12 +33,13 @@ export class ShownSpans {
       return one;
     };
     const names = [...new Set(now.map(({ lane }) => lane))];
-    const outcome = now.filter(({ kind }) => kind === "task");
+    const task = now.filter(({ kind }) => kind === "task");
+    const outcome = withAgain(task, pickups(now, losses), add);
     const shown = names.flatMap((name) => {
       const lane = now.filter((span) => span.lane === name);
       const kind = lane[0]?.kind;
-      if (kind === "phase") return withDone(lane, outcome, add);
-      return kind === "task" ? withStates(lane, wrong, add) : lane;
+      if (kind === "phase") return withEnds(lane, outcome, add);
+      return kind === "task" ? withStates(outcome, wrong, add) : lane;
     });
     shown.sort((one, other) => one.from_s - other.from_s);
     const isSame = shown.length === this.all.length && shown.every((span, index) => span === this.all[index]);
@@ -49,17 +50,58 @@ export class ShownSpans {
 
 type Add = (like: Span, change: Partial<Span>) => Span;
 
-/** A phase ends when the task is done, unless the next one began or the arm rests. */
-function withDone(lane: Span[], outcome: Span[], add: Add): Span[] {
-  const ends = outcome.filter(({ label }) => label === "done");
+/** From when to when (s). */
+interface Pickup {
+  from_s: number;
+  to_s: number;
+}
+
+/** From each loss of a grip until an arm holds something again. */
+function pickups(now: Span[], losses: number[]): Pickup[] {
+  const held = now.filter(({ kind, label }) => kind === "grip" && label !== "").map(({ from_s }) => from_s);
+  return losses.map((from_s) => ({ from_s, to_s: Math.min(...held.filter((at_s) => at_s > from_s)) }));
+}
+
+/** A task that works again after it was done is not done until it holds the object. */
+function withAgain(lane: Span[], all: Pickup[], add: Add): Span[] {
   return lane.flatMap((span, index) => {
+    if (span.label !== "done") return [span];
     const next_s = lane[index + 1]?.from_s ?? Infinity;
-    const end = ends.find(({ from_s }) => from_s >= span.from_s - SAME_S && from_s + SAME_S < next_s);
-    if (end === undefined || span.label === "" || RESTS.test(span.label)) return [span];
-    const label = /[a-z]/.test(span.label) ? "done" : "DONE";
-    const done = add(span, { from_s: Math.max(end.from_s, span.from_s), epoch: end.epoch, label });
-    return end.from_s <= span.from_s ? [done] : [span, done];
+    let last_s = span.from_s;
+    const parts = [span];
+    for (const { from_s, to_s } of all) {
+      if (from_s <= last_s || from_s >= next_s) continue;
+      parts.push(add(span, { from_s, label: PICKING_UP, tone: "warn" }));
+      if (to_s < next_s) parts.push(add(span, { from_s: to_s }));
+      last_s = Math.min(to_s, next_s);
+    }
+    return parts;
   });
+}
+
+/** While the task has ended, its phase is that it ended. */
+function withEnds(lane: Span[], outcome: Span[], add: Add): Span[] {
+  const ends = outcome.flatMap(({ label, from_s, epoch }, index) =>
+    label === "done" || label === "failed" ? [{ label, from_s, epoch, to_s: outcome[index + 1]?.from_s ?? Infinity }] : [],
+  );
+  const all: Span[] = [];
+  for (const [index, span] of lane.entries()) {
+    const next_s = lane[index + 1]?.from_s ?? Infinity;
+    let at_s = span.from_s;
+    const work = (to_s: number) => {
+      // What is left of a phase beside its end is no phase.
+      if (at_s === span.from_s ? to_s > at_s : to_s - at_s > SAME_S) all.push(at_s === span.from_s ? span : add(span, { from_s: at_s }));
+    };
+    for (const { label, from_s, epoch, to_s } of span.label === "" ? [] : ends) {
+      if (to_s <= at_s || from_s >= next_s) continue;
+      work(from_s);
+      const name = /[a-z]/.test(span.label) ? label : label.toUpperCase();
+      if (all.at(-1)?.label !== name) all.push(add(span, { from_s: Math.max(from_s, at_s), epoch, label: name }));
+      at_s = Math.min(to_s, next_s);
+    }
+    if (at_s < next_s) work(next_s);
+  }
+  return all;
 }
 
 /** A task that runs and has lost an object, or does not reach its target. */

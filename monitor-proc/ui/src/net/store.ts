@@ -15,8 +15,10 @@ import type {
 import { Ages } from "./ages";
 import { isCurrent, markedAt } from "./epochs";
 import { Falls } from "./fallen";
+import { addInOrder } from "./lines";
 import { lostOf } from "./lost";
 import { decode, type Snapshot } from "./snapshot";
+import { afterDone, lossesOf } from "./phases";
 import { ShownSpans } from "./spans";
 import { inOrder, type Wrong, type WrongFrom } from "./wrong";
 
@@ -147,7 +149,13 @@ export class Store {
 
   /** The lanes of the history that led to now, as they are shown. */
   get spans(): Span[] {
-    return this.shown.of(this.lanes, this.wrong, this.timeline, (line) => this.isCurrent(line));
+    return this.shown.of(this.lanes, this.wrong, lossesOf(this), this.timeline, (line) => this.isCurrent(line));
+  }
+
+  /** Whether the task has ended, and does not work again since, at the moment that is shown. */
+  get isTaskOver(): boolean {
+    const outcome = this.status?.task.outcome;
+    return outcome === "failed" || (outcome === "done" && !afterDone(this).isAgain);
   }
 
   /** What was wrong at `time_s`. */
@@ -312,11 +320,11 @@ export class Store {
     const known = this.log.length;
     if (all) this.log = [];
     const marked = lines.map((line) => withMark(line, this.scene));
-    this.log.push(...marked);
+    const isInOrder = marked.map((line) => addInOrder(this.log, line)).every((isLast) => isLast);
     if (all) this.insertOwn(this.hello?.live === false ? this.own.filter(({ time_s }) => time_s <= (this.snapshot?.time ?? 0)) : this.own);
     this.log.splice(0, this.log.length - KEPT_LINES);
     // Nothing new was said where all is told once more.
-    this.emit("log", all && (known > 0 || this.own.length > 0) ? [] : marked);
+    this.emit("log", !isInOrder || (all && (known > 0 || this.own.length > 0)) ? [] : marked);
     if (!all) this.emit("newLines", lines);
   }
 

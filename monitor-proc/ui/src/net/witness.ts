@@ -150,8 +150,8 @@ export class Witness {
 
   private fell(falls: Fall[]): void {
     // Parts of a dispenser fall by the dozen.
-    const mark = this.store.scene?.dispenser == null ? "drop" : null;
-    const found = falls.map(({ name, time_s }): Found => ({ time_s, text: fallenText(name), mark }));
+    const isPart = this.store.scene?.dispenser != null;
+    const found = falls.map(({ name, time_s }): Found => ({ time_s, text: isPart ? `${name} is out of the cell` : fallenText(name), mark: isPart ? null : "drop" }));
     // A recording may be played twice.
     this.tell(found.filter((line) => !this.isTold(line)));
   }

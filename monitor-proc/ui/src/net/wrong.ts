@@ -4,6 +4,8 @@ import type { Store } from "./store";
 
 export const OBJECT_LOST = "object lost";
 export const NOT_REACHED = "not reached";
+/** After a grip was lost, until an arm holds something again. */
+export const PICKING_UP = "picking up again";
 
 export type Wrong = typeof OBJECT_LOST | typeof NOT_REACHED | "";
 

@@ -98,8 +98,7 @@ export class PanelContext {
 
   /** Whether the task of this cell has ended: simulated time that continues brings nothing. */
   get isTaskOver(): boolean {
-    const outcome = this.store.status?.task.outcome;
-    return this.store.hello?.live !== false && (outcome === "done" || outcome === "failed");
+    return this.store.hello?.live !== false && this.store.isTaskOver;
   }
 
   /** Sends commands one after the other, until one is refused. */

@@ -29,6 +29,11 @@ export function words(name: string): string {
   return name.replaceAll("_", " ");
 }
 
+/** `text` with a capital letter. */
+export function sentence(text: string): string {
+  return text.charAt(0).toUpperCase() + text.slice(1);
+}
+
 /** A colour of the scene, its parts from 0 to 1. */
 export function css([r, g, b]: [number, number, number]): string {
   const part = (share: number) => Math.round(255 * Math.min(Math.max(share, 0), 1));

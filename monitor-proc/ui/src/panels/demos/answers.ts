@@ -6,7 +6,7 @@ import { binsOf } from "./bin-state";
 const PATIENCE_MS = 4000;
 
 export async function addBin(context: PanelContext, flipped: boolean): Promise<void> {
-  const names = () => new Set(binsOf(context.store).filter(({ place }) => place !== "to come").map(({ name }) => name));
+  const names = () => new Set(binsOf(context.store).filter(({ place }) => place !== "to come" && place !== "not used").map(({ name }) => name));
   const before = names();
   if (!(await ask(context, { do: "add_bin", flipped }, "No bin was added"))) return;
   const added = await wait(context, () => [...names()].find((name) => !before.has(name)) ?? null);

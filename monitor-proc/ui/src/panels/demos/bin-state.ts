@@ -3,7 +3,7 @@ import type { Pose, Scene, Vec3 } from "../../net/protocol";
 import { OBJECT } from "../../net/snapshot";
 import type { Store } from "../../net/store";
 
-export type BinPlace = "to come" | "in the cell" | "in flight" | "placed";
+export type BinPlace = "to come" | "not used" | "in the cell" | "in flight" | "placed";
 
 export interface Bin {
   name: string;
@@ -19,7 +19,8 @@ export function opensUp([, , , , x, y]: Pose): boolean {
 }
 
 /** The bins that the job is about, in the order of the scene. */
-export function binsOf({ scene, snapshot, status }: Store): Bin[] {
+export function binsOf(store: Store): Bin[] {
+  const { scene, snapshot, status, isTaskOver } = store;
   const placed = new Set(status?.task.placed ?? []);
   const held = new Set(snapshot?.arms.map((arm) => arm.held));
   const all: Bin[] = [];
@@ -27,7 +28,7 @@ export function binsOf({ scene, snapshot, status }: Store): Bin[] {
     if (shape.kind !== "bin") return;
     const state = snapshot?.objects[index];
     const isHere = state !== undefined && (state.flags & OBJECT.enabled) !== 0;
-    const place = !isHere ? "to come" : held.has(index) ? "in flight" : placed.has(name) ? "placed" : "in the cell";
+    const place = !isHere ? (isTaskOver ? "not used" : "to come") : held.has(index) ? "in flight" : placed.has(name) ? "placed" : "in the cell";
     all.push({ name, size: shape.size_m, place, isFlipped: isHere && !opensUp(state.pose), pose: isHere ? state.pose : null });
   });
   return all.slice(0, scene?.bins);

@@ -8,7 +8,7 @@ import { jobDrawing } from "./drawing/index";
 import { suctionGauge } from "./suction";
 
 /** By place of a bin, as the style sheet knows it. */
-const STATES: Record<BinPlace, string> = { "to come": "waits", "in the cell": "waits", "in flight": "carried", placed: "placed" };
+const STATES: Record<BinPlace, string> = { "to come": "waits", "not used": "waits", "in the cell": "waits", "in flight": "carried", placed: "placed" };
 
 export function mountBins(context: PanelContext, element: HTMLElement): () => void {
   const { store } = context;

@@ -28,7 +28,9 @@ export function mountFillBin(context: PanelContext, element: HTMLElement): () =>
   const show = () => {
     const found = store.status?.equipment;
     setText(parts, String(found?.parts_dropped ?? 0));
-    setText(inBin, found && found.parts_waiting > 0 ? `, ${found.parts_waiting} to come` : "");
+    const [waiting, cleared] = [found?.parts_waiting ?? 0, found?.cleared ?? 0];
+    const isEnd = store.isTaskOver;
+    setText(inBin, `${waiting > 0 ? `, ${waiting} ${isEnd ? "not used" : "to come"}` : ""}${cleared > 0 ? `, ${cleared} out of the cell` : ""}`);
   };
   show();
   const off = [store.on("status", show), load.stop];

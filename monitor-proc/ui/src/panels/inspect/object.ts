@@ -31,7 +31,7 @@ export function objectCard(context: PanelContext, index: number): Card | null {
     kind: spec.kind === spec.name ? "object" : `object of the series ${spec.kind}`,
     rows: [
       row("shape", "", () => shapeWords(spec.shape)),
-      row("state", "", () => stateWords(state(), spec.parked === true)),
+      row("state", "", () => stateWords(state(), spec.parked !== true ? "lost: it fell out of the cell" : context.store.isTaskOver ? "not used" : "to come: a device brings it")),
       row("held by", "", () => (holder() < 0 ? "no arm" : context.armName(holder()))),
       ...poseRows(pose),
       row("velocity", "m/s", here(({ linear }) => list(linear, 3))),
@@ -44,9 +44,9 @@ export function objectCard(context: PanelContext, index: number): Card | null {
   };
 }
 
-function stateWords(state: ObjectState | undefined, parked: boolean): string {
+function stateWords(state: ObjectState | undefined, absent: string): string {
   if (state === undefined) return "not in the scene";
-  if ((state.flags & OBJECT.enabled) === 0) return parked ? "to come: a device brings it" : "lost: it fell out of the cell";
+  if ((state.flags & OBJECT.enabled) === 0) return absent;
   if ((state.flags & OBJECT.dragged) !== 0) return "dragged";
   return isAtRest(state) ? "at rest" : "moves";
 }

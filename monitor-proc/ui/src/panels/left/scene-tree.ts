@@ -29,16 +29,14 @@ export function sceneTree(context: PanelContext): HTMLElement {
   return root;
 }
 
-/** More that can be brought again have no line each above the scene: they are told apart in its list. */
-const MOST_FALLEN = 3;
-
 /** The objects that fell out of the cell, above everything else: no window is too low for them. */
 export function lostList(context: PanelContext): HTMLElement {
   const root = el("div", { class: "lost-list", role: "status", hidden: true });
   let shown = "";
   context.pulse.add(null, () => {
-    const { fallen } = context.store;
-    const lost = [...context.store.lost, ...(fallen.length > MOST_FALLEN ? [] : fallen)];
+    const { lost: gone, fallen, scene } = context.store;
+    // Parts of a dispenser fall in normal operation: its panel counts them.
+    const lost = scene?.dispenser == null ? [...gone, ...fallen] : gone;
     if (lost.join() === shown) return;
     shown = lost.join();
     root.hidden = lost.length === 0;
@@ -81,7 +79,7 @@ function arms(context: PanelContext, scene: Scene, refreshes: Refresh[]): HTMLEl
     refreshes.push(() => {
       const now = context.snapshot?.arms[index];
       const held = now?.held == null ? null : scene.objects[now.held]?.name;
-      setText(state, now?.fault ? "fault" : held ? `holds ${held}` : arm.robot);
+      setText(state, now?.fault ? "fault" : held ? `holds ${held}` : "free");
     });
     return row(context, arm.name, null, state);
   });
@@ -98,10 +96,13 @@ function objects(context: PanelContext, scene: Scene, refreshes: Refresh[]): HTM
       const holder = context.snapshot?.arms.findIndex((arm) => arm.held === index) ?? -1;
       // A hundred rows ten times a second: to ask the page for their texts takes longer.
       const isFallen = context.store.fallen.includes(object.name);
-      const key = `${now.flags} ${holder} ${isFallen} ${isStill} ${Math.round(1000 * now.pose[2])}`;
+      const isEnd = context.store.isTaskOver;
+      const key = `${now.flags} ${holder} ${isFallen} ${isEnd} ${isStill} ${Math.round(1000 * now.pose[2])}`;
       if (key === before) return;
       before = key;
-      const words = objectState(now, object.parked === true && !isFallen, holder < 0 ? null : context.armName(holder), isStill);
+      const isPart = scene.dispenser != null;
+      const absent = object.parked !== true || (isFallen && !isPart) ? "lost" : isFallen ? "out of the cell" : isEnd ? "not used" : "to come";
+      const words = objectState(now, absent, holder < 0 ? null : context.armName(holder), isStill);
       setText(state, words);
       setAttr(state, "data-tone", words === "lost" ? "bad" : null);
     });
@@ -109,8 +110,8 @@ function objects(context: PanelContext, scene: Scene, refreshes: Refresh[]): HTM
   });
 }
 
-function objectState({ flags, pose }: ObjectState, parked: boolean, holder: string | null, isStill: boolean): string {
-  if ((flags & OBJECT.enabled) === 0) return parked ? "to come" : "lost";
+function objectState({ flags, pose }: ObjectState, absent: string, holder: string | null, isStill: boolean): string {
+  if ((flags & OBJECT.enabled) === 0) return absent;
   const words = [];
   if (holder !== null) words.push(`held by ${holder}`);
   else if ((flags & OBJECT.dragged) !== 0) words.push("dragged");

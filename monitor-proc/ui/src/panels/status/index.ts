@@ -1,4 +1,6 @@
 // The bar above the 3D view with the state of the cell; also in the title of the window.
+import type { Pose } from "../../net/protocol";
+import { handRefusal } from "../actions";
 import { button, type ButtonSpec } from "../button";
 import type { PanelContext } from "../context";
 import { el, setAttr, setText, setTitle } from "../dom";
@@ -45,6 +47,11 @@ function titleOf({ state, detail }: Line, demo: string | undefined): string {
   return [short === "" ? state : `${state}: ${short}`, demo ?? "", "robocell"].filter((part) => part !== "").join(" · ");
 }
 
+/** Where the tool of the selected arm is. */
+function tool({ snapshot, arm }: PanelContext): Pose {
+  return snapshot?.arms[arm]?.tcp ?? [0, 0, 0, 1, 0, 0, 0];
+}
+
 /** Simulated time at which the task failed (s). */
 function failedAt(context: PanelContext): number | null {
   const spans = context.store.lanes.filter(({ kind, label }) => kind === "task" && label === "failed");
@@ -73,6 +80,17 @@ function actions(context: PanelContext): Record<Action, ButtonSpec> {
       why,
       primary: () => why() === null,
       run: () => context.send({ do: "reset" }),
+    },
+    tool: {
+      label: "Target to the tool",
+      about: () => "Set the target to where the tool is",
+      twin: () => `robocell target ${tool(context).slice(0, 3).map((value) => value.toFixed(4)).join(" ")}${context.arm === 0 ? "" : ` --arm ${context.arm}`}`,
+      why: () => why() ?? handRefusal(context),
+      primary: () => why() === null && !context.paused,
+      run: () => {
+        const [x, y, z, ...orientation_wxyz] = tool(context);
+        return context.send({ do: "target", arm: context.arm, position: [x, y, z], orientation_wxyz });
+      },
     },
     moment: {
       label: "Look at the moment",

@@ -2,7 +2,8 @@
 import type { Link } from "../../net/link";
 import type { AfterDone } from "../../net/phases";
 import type { Hello, Status } from "../../net/protocol";
-import { words } from "../format";
+import { PICKING_UP } from "../../net/wrong";
+import { sentence, words } from "../format";
 
 /** What the line is told from. */
 export interface Facts {
@@ -15,6 +16,8 @@ export interface Facts {
   phase: string;
   /** What a task that is done does since. */
   since: AfterDone;
+  /** Whether a grip was lost and nothing is held since. */
+  isPickingUp: boolean;
   /** Simulated time that is shown, and the newest one (s). */
   shown_s: number;
   newest_s: number;
@@ -31,6 +34,8 @@ export interface Facts {
   held: string[];
   /** What keeps an arm from the target that a person gave it; empty if nothing does. */
   unreached: string;
+  /** How far an arm is from the target that a person gave it; empty for other tasks. */
+  target: string;
   /** Names of objects that fell out of the cell. */
   lost: string[];
   /** Names of those that fell out and that a device can bring again. */
@@ -38,7 +43,7 @@ export interface Facts {
   incidents: number;
 }
 
-export type Action = "again" | "moment" | "play" | "reset" | "resume" | "start";
+export type Action = "again" | "moment" | "play" | "reset" | "resume" | "start" | "tool";
 type Tone = "ok" | "info" | "warn" | "bad" | "stale";
 
 export interface Line {
@@ -90,23 +95,24 @@ function clockTime(ms: number): string {
   return new Date(ms).toTimeString().slice(0, 8);
 }
 
-function connection({ link, hello, heard_ms }: Facts, told: Told): Line | null {
+function connection(facts: Facts, told: Told): Line | null {
+  const { link, hello, heard_ms } = facts;
   if (link === "refused") {
     return { ...line("bad", "Wrong link", ["this page belongs to a run that has ended; the link of the one that runs now is printed by"]), command: "robocell status" };
   }
   if (link === "connected") return null;
   if (hello === null || heard_ms === null) return line("info", "Connecting", ["no message of the monitor yet"]);
   const at = clockTime(heard_ms);
-  if (link === "no answer") return line("warn", "No answer", [`since ${at}; the page connects again`, stood(told)]);
+  if (link === "no answer") return line("warn", "No answer", [`since ${at}; the page connects again`, stood(told, facts.paused)]);
   const { demo, policy, seed } = hello.run;
   const command = hello.live ? `robocell run ${demo} --policy ${policy} --seed ${seed}` : `robocell replay ${hello.source ?? "FILE"}`;
   const what = hello.live ? "The cell" : "The replay";
-  return { ...line("stale", `${what} has ended`, [stood(told), `at ${at}; this starts it again:`]), command };
+  return { ...line("stale", `${what} has ended`, [`at ${at}`, stood(told, facts.paused), "this starts it again:"]), command };
 }
 
 /** How the task was at the last moment that is known. */
-function stood({ word, detail }: Told): string {
-  return [`the task was ${word.toLowerCase()}`, ...detail].filter((part) => part !== "").join(" · ");
+function stood({ word, detail, isSpecial }: Told, isPaused: boolean): string {
+  return [`the task was ${isPaused && !isSpecial ? "paused" : word.toLowerCase()}`, ...detail].filter((part) => part !== "").join(" · ");
 }
 
 /** A word and what the task did, for a moment that is not now. */
@@ -139,22 +145,25 @@ function clock({ paused, pauseCause }: Facts, told: Told): Line | null {
 
 /** How the task is at the moment shown: one word for bar, badge and title. */
 export function taskOf(facts: Facts): Told {
-  const { task, taskPaused, startEvent, held, unreached, lost, fallen } = facts;
+  const { task, taskPaused, startEvent, held, unreached, lost, fallen, since } = facts;
   const told = (tone: Tone, word: string, detail: string[], actions: Action[] = [], isSpecial = true): Told => ({ tone, word, isSpecial, detail, actions });
   if (task === null) return told("info", "Starting", ["no decision of the task yet"], [], false);
   if (task.outcome === "failed") return told("bad", "Failed", [failed(task, lost)], ["again", "moment"]);
   const phase = words(facts.phase);
   const wait = task.wait === "" ? phase : task.wait;
   // A task that does not notice a loss tries for ever.
-  if (lost.length > 0 && task.outcome !== "done") return told("bad", "Object lost", [`${named(lost)}`, wait, ...held, taskPaused ? "task paused" : ""], ["reset"]);
+  const isDone = task.outcome === "done" && !since.isAgain;
+  if (lost.length > 0 && !isDone) return told("bad", "Object lost", [`${named(lost)}`, wait, ...held, taskPaused ? "task paused" : ""], ["reset"]);
   if (taskPaused) return told("warn", "Task paused", ["you lead the arm and the gripper", phase], ["resume"]);
-  const isAgain = facts.since.drops > 0 && held.length === 0;
-  if (task.outcome === "done") return told(lost.length > 0 || isAgain ? "warn" : "ok", "Done", [...outside(lost), ...finished(facts, task), ...outside(fallen)], ["again"]);
+  const gone = [...lost, ...fallen];
+  if (isDone) return told(lost.length > 0 ? "warn" : "ok", "Done", [...finished(facts, task), ...outside(gone)], ["again"]);
+  if (since.isAgain) return told("warn", sentence(PICKING_UP), [phase, gripsLost(task), ...outside(gone)]);
   if (startEvent && !task.started) return told("info", "Waiting", ["for the start event"], ["start"], false);
   if (task.wait !== "") return told("warn", "Waiting", [task.wait, phase], [], false);
   if (task.outcome === "idle") return told("info", "Idle", [phase], [], false);
-  if (unreached !== "") return told("bad", "Not reached", [unreached, phase, ...held]);
-  return told("ok", "Running", [phase, ...held, ...outside(fallen)], [], false);
+  if (unreached !== "") return told("bad", "Not reached", [unreached, phase, ...held], ["tool"]);
+  if (facts.isPickingUp) return told("warn", "Running", [`grip lost, ${PICKING_UP}`, phase, ...outside(fallen)], [], false);
+  return told("ok", "Running", [facts.target, phase, ...held, ...outside(fallen)], [], false);
 }
 
 function named(names: string[]): string {
@@ -174,19 +183,15 @@ function failed({ reason }: Status["task"], lost: string[]): string {
   return [why, ...outside(lost.filter((name) => !reason.includes(name)))].join(" · ");
 }
 
-/** What a task that is done does now, what it has done, and what went wrong. */
-function finished({ since, held }: Facts, { placed, drops }: Status["task"]): string[] {
-  const before = drops - since.drops;
-  // The sentence of the task about its end may tell of a grip that was lost since.
-  const isLoose = since.drops > 0 && held.length === 0;
-  const again = isLoose ? `picking up again: ${words(since.phase)}` : `${held.join(", ")} again`;
-  const now = since.drops > 0 ? again : `works on: ${[words(since.phase), ...held].join(", ")}`;
-  return [
-    since.phase === "" ? "" : now,
-    since.drops > 0 ? `grip lost ${counted(since.drops, "time")} since` : "",
-    placed.length > 0 ? `${counted(placed.length, "object")} placed` : isLoose ? "" : since.achieved,
-    before > 0 ? `${counted(before, "drop")} before` : "",
-  ];
+/** What a task that is done has done, and how often it lost its grip on the way. */
+function finished({ since, held }: Facts, task: Status["task"]): string[] {
+  const { length } = task.placed;
+  // An object that is held tells more than the sentence about the end, which may be older.
+  return [length > 0 ? `${counted(length, "object")} placed` : held.join(", ") || since.achieved, gripsLost(task)];
+}
+
+function gripsLost({ drops }: Status["task"]): string {
+  return drops > 0 ? `grip lost ${counted(drops, "time")}` : "";
 }
 
 /** `1 object`, `2 objects`. */

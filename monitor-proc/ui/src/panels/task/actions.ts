@@ -15,7 +15,8 @@ export function taskActions(context: PanelContext): Record<TaskAction, ButtonSpe
       about: () => "Reset the scene and run the task again",
       twin: () => `robocell reset; robocell resume${waits() ? "; robocell task start" : ""}`,
       why,
-      primary: () => why() === null,
+      // A task that works again after it was done is not to be ended first of all.
+      primary: () => why() === null && context.isTaskOver,
       run: () => again(context, waits()),
     },
     start: {

@@ -22,7 +22,7 @@ export function taskButtons(context: PanelContext): HTMLElement {
   const first = eitherAction(start, again, ended);
   const second = eitherAction(pause, resume, paused);
   const why = () => first.why?.() ?? begun();
-  const primary = () => (!context.paused || ended()) && !paused() && why() === null;
+  const primary = () => (ended() ? context.isTaskOver : !context.paused) && !paused() && why() === null;
   return el(
     "div",
     { class: "row task-buttons" },

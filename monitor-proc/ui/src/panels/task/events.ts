@@ -33,7 +33,7 @@ export function eventLog(context: PanelContext): HTMLElement {
   // The newest line is in view, unless a person scrolled away from it.
   let follows = true;
   const follow = () => {
-    if (follows && list.clientHeight > 0) list.scrollTop = list.scrollHeight;
+    if (follows && list.clientHeight > 0) toEnd(list);
   };
   // Lines that come meanwhile, and the browser itself, scroll it too: only what follows a person's hand counts.
   let handAt = -Infinity;
@@ -69,10 +69,13 @@ export function eventLog(context: PanelContext): HTMLElement {
     empty.hidden = empty.textContent === "";
     context.pulse.measure(follow);
   };
-  const rebuild = () => {
+  const fill = () => {
     list.replaceChildren();
-    follows = true;
     append(store.log);
+  };
+  const rebuild = () => {
+    follows = true;
+    fill();
   };
   filter.addEventListener("input", rebuild);
   const chips = KINDS.map((kind) => {
@@ -86,7 +89,13 @@ export function eventLog(context: PanelContext): HTMLElement {
     return chip;
   });
   store.on("hello", rebuild);
-  store.on("log", (lines) => (lines.length === 0 ? rebuild() : append(lines)));
+  store.on("log", (lines) => {
+    if (lines.length > 0) return append(lines);
+    // A line that came late is no reason to leave what a person reads.
+    const { scrollTop } = list;
+    fill();
+    list.scrollTop = scrollTop;
+  });
   // What comes after the moment that is shown is not said yet.
   let shown = Infinity;
   let followed = true;
@@ -110,6 +119,20 @@ export function eventLog(context: PanelContext): HTMLElement {
   });
   rebuild();
   return el("div", { class: "events" }, el("div", { class: "row event-bar" }, filter, ...chips, hidden), empty, list);
+}
+
+/** Scrolls to the newest line, so that the first one in sight is whole. */
+function toEnd(list: HTMLElement): void {
+  list.style.paddingBottom = "";
+  list.scrollTop = list.scrollHeight;
+  const { top } = list.getBoundingClientRect();
+  let node = list.lastElementChild;
+  while (node !== null && ((node as HTMLElement).hidden || node.getBoundingClientRect().top > top)) node = node.previousElementSibling;
+  const cut_px = node === null ? 0 : node.getBoundingClientRect().bottom - top;
+  // One that fills the list is better cut than away.
+  if (node === null || cut_px > list.clientHeight / 2 || top - node.getBoundingClientRect().top < 1) return;
+  list.style.paddingBottom = `${Math.max(0, cut_px)}px`;
+  list.scrollTop = list.scrollHeight;
 }
 
 /** One tab stop for all lines: the arrows go from one to the next. */

@@ -39,8 +39,8 @@ function insteadOfNow(context: PanelContext): string {
 /** Text and tone of the outcome, the same rule in every demo: `done`, `paused: running`, `ended: failed`. */
 function outcomeOf(context: PanelContext): [string, string | null] {
   const instead = insteadOfNow(context);
-  const { word, tone } = taskOf(factsOf(context));
-  const text = word.toLowerCase();
+  const { word, tone, isSpecial } = taskOf(factsOf(context));
+  const text = context.isStale && context.paused && !isSpecial ? "paused" : word.toLowerCase();
   if (instead === "") return [text, tone];
   const other = context.isStale ? null : instead === "paused" ? "warn" : "info";
   return [`${instead}: ${text}`, tone === "bad" && !context.isStale ? "bad" : other];
@@ -49,9 +49,10 @@ function outcomeOf(context: PanelContext): [string, string | null] {
 /** What the task is at: its phase, or how it ended where it works no more. */
 function titleOf(store: Store, { outcome }: Status["task"]): string {
   if (outcome === "failed") return "FAILED";
-  const phase = outcome === "done" ? afterDone(store).phase : phaseOf(store);
-  return outcome === "done" && phase === "" ? "DONE" : words(phase) || "–";
+  if (outcome === "done" && !afterDone(store).isAgain) return "DONE";
+  return words(phaseOf(store)) || "–";
 }
+
 /** `1 drop`, `2 drops`. */
 function nameOf(key: string, count: number): string {
   const name = NAMES[key] ?? key;

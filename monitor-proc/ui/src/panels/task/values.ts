@@ -115,9 +115,9 @@ function guardValues(store: Store, choice: GraphChoice): Map<string, Value> {
     held.map(([name, holds]) => {
       const dim = !store.ages.isCurrent(at, name, choice.graph, store.letters[at] ?? "");
       const since = store.ages.ofGuard(at, name);
-      const age = dim ? (since === null ? ", earlier" : `, ${since.toFixed(1)} s ago`) : "";
+      const age = dim ? (since === null ? "earlier" : `${since.toFixed(1)} s ago`) : "";
       const about = dim ? "Not asked since the state changed, or with the same answer" : "Asked in this state";
-      return [name, { text: holds ? "true" : "false", age, dim, fresh: isFresh(since), about }];
+      return [name, { text: `${dim ? "last " : ""}${holds}`, age, dim, fresh: !dim && isFresh(since), about }];
     }),
   );
 }

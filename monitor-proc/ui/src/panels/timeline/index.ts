@@ -4,6 +4,7 @@ import { FLAG } from "../../net/snapshot";
 import { button, setIcon } from "../button";
 import type { PanelContext } from "../context";
 import { el, setAttr, setText } from "../dom";
+import { sentence } from "../format";
 import { mountLanes } from "./lanes";
 import { episodes } from "./episodes";
 import { drawnMarks } from "./marks";
@@ -21,7 +22,7 @@ const REDRAW_MS = 500;
 
 const MARKS: [string, string][] = [
   ["drop", "object lost"],
-  ["break", "grip broke"],
+  ["break", "grip lost"],
   ["resync", "picked up again"],
   ["abort", "turned back"],
   ["recover", "recovery"],
@@ -216,8 +217,4 @@ function liveButton(context: PanelContext, toNow: () => void): HTMLElement {
     setAttr(node, "data-tone", tone);
   });
   return node;
-}
-
-function sentence(text: string): string {
-  return text.charAt(0).toUpperCase() + text.slice(1);
 }

@@ -112,7 +112,8 @@ export function mountLanes(context: PanelContext, changed: () => void): Lanes {
       const parts = ownParts(store.scene?.objects.map(({ name }) => words(name)) ?? []);
       const label: Label = (span, name, share) => {
         const letters = (share * width - BESIDE_PX) / LETTER_PX;
-        if (span.kind === "grip") return shortened(name, parts.get(name) ?? name, letters);
+        // As the object is spelled everywhere.
+        if (span.kind === "grip") return shortened(span.label, (parts.get(name) ?? name).replaceAll(" ", "_"), letters);
         return share > LABEL_SHARE ? name : "";
       };
       const shown = lanes.filter((lane) => drawLane(lane, window, { end, label }) || isAlwaysShown(lane.name));

@@ -27,7 +27,7 @@ export function loadChart(context: PanelContext): LoadChart {
   const limit_n = context.store.scene?.arms[0]?.gripper?.force_limit_n ?? 0;
   const area = el("div", { class: "load-area", role: "img" });
   const words = el("p", { class: "dim" });
-  const legend = el("p", { class: "dim load-legend" }, key(LOAD), "load (% of the limit of force or torque)", key(FORCE), "force (N)", key(LIMIT), "grip broke");
+  const legend = el("p", { class: "dim load-legend" }, key(LOAD), "load (% of the limit of force or torque)", key(FORCE), "force (N)", key(LIMIT), "grip lost");
   const chart = new uPlot(options(history, limit_n, area), [[], [], []], area);
   new ResizeObserver(() => {
     if (area.clientWidth > 0) chart.setSize({ width: area.clientWidth, height: HEIGHT });
@@ -60,7 +60,7 @@ function summary(history: LoadHistory, limit_n: number): string {
   const [from, to] = history.span;
   const most = Math.max(0, ...history.samples.map(({ load }) => load ?? 0));
   const count = history.breaks.length;
-  const broke = count === 0 ? "the grip did not break" : count === 1 ? "the grip broke once" : `the grip broke ${count} times`;
+  const broke = count === 0 ? "the grip was not lost" : count === 1 ? "the grip was lost once" : `the grip was lost ${count} times`;
   return `${from.toFixed(0)} to ${to.toFixed(0)} s: at most ${(100 * most).toFixed(0)} % of the break limit (force: ${limit_n.toFixed(0)} N); ${broke}.`;
 }
 
