@@ -3,17 +3,14 @@
 use cell_bus::BusError;
 use cell_worker::RunError;
 
+use crate::cycle::RobotError;
+
 /// Why the interface cannot run.
 #[derive(Debug, thiserror::Error)]
 pub enum ProcessError {
     /// The robot has no such interface.
-    #[error("arm {arm}: {reason}; robot `fr3` is such an arm")]
-    Robot {
-        /// Name of the arm.
-        arm: String,
-        /// The reason.
-        reason: fci::NotSevenJoints,
-    },
+    #[error(transparent)]
+    Robot(#[from] RobotError),
     /// A socket.
     #[error("the Franka control interface cannot listen: {0}")]
     Socket(#[from] std::io::Error),
@@ -25,7 +22,7 @@ pub enum ProcessError {
 impl RunError for ProcessError {
     fn is_lasting(&self) -> bool {
         match self {
-            Self::Robot { .. } => true,
+            Self::Robot(_) => true,
             Self::Socket(_) => false,
             Self::Bus(error) => error.is_lasting(),
         }

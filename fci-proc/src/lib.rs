@@ -1,15 +1,15 @@
 //! The Franka control interface (FCI) of an arm of the cell: a controller whose commands come
 //! from a client program over the network.
 //!
-//! The robot behind the interface is `fci::Arm`, a pure core; [`process`] joins it to the bus,
-//! and `net` to the sockets.
+//! The robot behind the interface is `fci::Arm`, a pure core; [`cycle`] is one cycle of it with
+//! messages of the bus, [`process`] joins it to the bus, and `net` to the sockets.
 #![forbid(unsafe_code)]
 
+pub mod cycle;
 pub mod error;
 mod messages;
 mod net;
 pub mod process;
-mod robot;
 
 use std::process::ExitCode;
 

@@ -33,7 +33,10 @@ pub(crate) fn fingers(arm: &ArmState) -> Fingers {
     }
 }
 
-fn caused_by<M: ipc_types::Wire>(state: &WorldState) -> Header {
+/// The messages that a command is computed from: the state, and the newest input of the client.
+pub(crate) type Inputs<'a> = (&'a WorldState, Option<Input>);
+
+pub(crate) fn caused_by<M: ipc_types::Wire>((state, client): Inputs<'_>) -> Header {
     let mut header = Header::caused_by::<M>(state.header.tick);
     header.push_input(Input {
         topic: TopicId::WorldState.code(),
@@ -41,17 +44,20 @@ fn caused_by<M: ipc_types::Wire>(state: &WorldState) -> Header {
         seq: state.header.seq,
         age_ticks: 0,
     });
+    if let Some(client) = client {
+        header.push_input(client);
+    }
     header
 }
 
 /// Writes the command of a cycle.
 pub(crate) fn command(
-    state: &WorldState,
+    inputs: Inputs<'_>,
     (arm, width, force): (u8, f64, f64),
     setpoint: &Setpoint,
     out: &mut ArmCommand,
 ) {
-    out.header = caused_by::<ArmCommand>(state);
+    out.header = caused_by::<ArmCommand>(inputs);
     out.arm = u32::from(arm);
     out.joint_count = u32::try_from(JOINTS).unwrap_or(u32::MAX);
     for (joint, of) in setpoint.joints.iter().enumerate() {
@@ -83,7 +89,7 @@ pub(crate) struct Progress {
 
 /// Writes the status of a cycle.
 pub(crate) fn status(
-    state: &WorldState,
+    inputs: Inputs<'_>,
     arm: &ArmState,
     command: &ArmCommand,
     progress: &Progress,
@@ -91,7 +97,7 @@ pub(crate) fn status(
 ) {
     /// Clearance where no obstacle is regarded (m).
     const NO_OBSTACLE: f64 = 1.0e3;
-    out.header = caused_by::<ArmStatus>(state);
+    out.header = caused_by::<ArmStatus>(inputs);
     out.arm = command.arm;
     out.stop_action = StopAction::None.code();
     out.stop_cause = StopCause::None.code();

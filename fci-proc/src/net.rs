@@ -12,10 +12,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::Builder;
 
-use fci::{
-    COMMAND_BYTES, Framed, GRIPPER_STATE_BYTES, GripperFramed, GripperReply, Reply, RobotCommand,
-    STATE_BYTES,
-};
+use fci::{COMMAND_BYTES, GRIPPER_STATE_BYTES, GripperReply, REQUEST_BYTES, Reply, STATE_BYTES};
 
 use connections::Connections;
 
@@ -28,19 +25,42 @@ const HAND_PORT: u16 = 1338;
 // change of clients.
 const IN_FLIGHT: usize = 64;
 
+/// A complete request, as received.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Received {
+    bytes: [u8; REQUEST_BYTES],
+    len: usize,
+}
+
+impl Received {
+    /// Bytes beyond the longest request are left out.
+    fn of(request: &[u8]) -> Self {
+        let len = request.len().min(REQUEST_BYTES);
+        let mut bytes = [0; REQUEST_BYTES];
+        for (to, from) in bytes.iter_mut().zip(request) {
+            *to = *from;
+        }
+        Self { bytes, len }
+    }
+
+    pub(crate) fn bytes(&self) -> &[u8] {
+        self.bytes.get(..self.len).unwrap_or_default()
+    }
+}
+
 /// What a connection has for the control loop.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Event {
     /// A client of the arm: its connection, and where it wants states.
     Connected(u64, SocketAddr),
     /// Its request.
-    Request(u64, Framed),
+    Request(u64, Received),
     /// Its connection has ended.
     Closed(u64),
     /// A client of the hand.
     HandConnected(u64, SocketAddr),
     /// Its request.
-    HandRequest(u64, GripperFramed),
+    HandRequest(u64, Received),
     /// Its connection has ended.
     HandClosed(u64),
 }
@@ -118,8 +138,8 @@ impl Net {
         }
     }
 
-    /// The next command of the client.
-    pub(crate) fn command(&self) -> Option<RobotCommand> {
+    /// The next command of the client, as received.
+    pub(crate) fn command(&self) -> Option<[u8; COMMAND_BYTES]> {
         // One byte more, to refuse a longer datagram.
         let mut bytes = [0; COMMAND_BYTES + 1];
         loop {
@@ -130,7 +150,7 @@ impl Net {
                 Err(_) => return None,
             };
             let is_of_client = self.client.is_some_and(|(_, client)| client == from);
-            let command = bytes.get(..size).and_then(RobotCommand::decode);
+            let command = bytes.get(..size).and_then(|bytes| bytes.try_into().ok());
             if let Some(command) = command.filter(|_| is_of_client) {
                 return Some(command);
             }

@@ -15,26 +15,26 @@ use cell_model::runs::spec::Fci;
 use cell_rt::periodic::{SPIN_FIFO_NS, SPIN_OTHER_NS};
 use cell_rt::priority::CONTROLLER_PRIORITY;
 use cell_rt::{Clock, Monotonic};
-use cell_worker::{HealthReporter, LoopClass, Start, Turn, Wait, Woken};
+use cell_worker::{HealthReporter, Keyframes, LoopClass, Start, Turn, Wait, Woken};
 use fci::STATE_BYTES;
-use ipc_types::arm::ClientState;
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::world::FLAG_LOCKSTEP;
-use ipc_types::{ArmCommand, ArmStatus, TICK_NS, Text, Wire, WorldState};
+use ipc_types::{ArmCommand, ArmStatus, Header, TICK_NS, Wire, WorldState};
 
+use crate::cycle::Cycle;
 use crate::error::ProcessError;
-use crate::messages::{self, Progress};
+use crate::messages;
 use crate::net::Net;
-use crate::robot::Robot;
 
 mod client;
+mod inputs;
+
+use inputs::Inputs;
 
 /// Longest wait for a state in real time (ns); after it the turn ends without a cycle.
 const PATIENCE_NS: u64 = 5_000_000;
 /// How long lockstep polls for an answer before it sleeps in between (ns).
 const SPIN_LOCKSTEP_NS: u64 = 300_000;
-/// Grip force from which a hand holds something when this process starts (N).
-const HOLDING_FORCE_N: f64 = 1.0;
 
 /// Runs the interface until it is asked to stop.
 ///
@@ -42,13 +42,15 @@ const HOLDING_FORCE_N: f64 = 1.0;
 ///
 /// When the robot has no such interface, its ports are in use, or the bus cannot be joined.
 pub fn run(start: &Start) -> Result<(), ProcessError> {
-    let robot = Robot::new(start)?;
+    let cycle = Cycle::new(&start.cell, start.arm)?;
+    let arm = start.cell.arms.get(usize::from(start.arm));
+    let urdf = arm.map(|arm| fci::urdf(&arm.robot)).unwrap_or_default();
     // Before this thread gets its priority, which new threads would inherit.
-    let net = Net::listen(address(start), robot.urdf.clone(), robot.gripper.is_some())?;
+    let net = Net::listen(address(start), urdf, cycle.gripper().is_some())?;
     let fifo = start.real_time(CONTROLLER_PRIORITY, 1 + usize::from(start.arm));
     let bus = start.join(Process::Controller(start.arm))?;
     let mut bell = bus.sleeper(Process::Controller(start.arm))?;
-    let mut process = FciProcess::new(start, &bus, (robot, net), fifo, Monotonic)?;
+    let mut process = FciProcess::new(start, &bus, (cycle, net), fifo, Monotonic)?;
     start.populate();
     cell_worker::run(&mut process, &mut bell);
     Ok(())
@@ -65,7 +67,10 @@ fn interface(start: &Start) -> Option<Fci> {
 }
 
 struct FciProcess<C> {
-    robot: Robot,
+    /// The interface itself, without ports and sockets.
+    cycle: Cycle,
+    inputs: Inputs,
+    keyframes: Keyframes,
     net: Net,
     arm: u8,
     /// Another arm of the cell works, so time passes without a client.
@@ -82,17 +87,9 @@ struct FciProcess<C> {
     clock: C,
     spin_ns: u64,
     awaits: Await,
-    /// Generation of physics and tick that were answered last.
-    answered: Option<(u32, u64)>,
-    /// Generation of physics and count of scene resets in the last cycle.
-    began_with: Option<(u32, u32)>,
     hand_messages: u32,
-    /// What became of its clients, for the task and the launcher.
-    client: ClientState,
     /// In lockstep: ticks for which time passes without a client.
     free_ticks: u32,
-    cycles: u64,
-    missed_cycles: u64,
     lockstep: bool,
     /// An answer that takes longer than a tick of wall time is lost in lockstep, too.
     strict: bool,
@@ -121,7 +118,7 @@ impl<C: Clock> Turn for FciProcess<C> {
             self.woke_ns = self.clock.now_ns();
             let newest = self.state.current().map(|state| &state.header);
             let newest = newest.map(|header| (header.generation, header.tick));
-            if newest.is_none_or(|newest| self.answered == Some(newest)) {
+            if newest.is_none_or(|newest| self.cycle.answered() == Some(newest)) {
                 return self.finish(false);
             }
             self.awaits = Await::Client {
@@ -139,7 +136,7 @@ impl<C: Clock> Turn for FciProcess<C> {
         {
             return wait;
         }
-        self.cycle();
+        self.answer();
         self.finish(true)
     }
 }
@@ -148,15 +145,17 @@ impl<C: Clock> FciProcess<C> {
     fn new(
         start: &Start,
         bus: &Bus,
-        (robot, net): (Robot, Net),
+        (cycle, net): (Cycle, Net),
         fifo: bool,
         clock: C,
     ) -> Result<Self, BusError> {
         let arm = start.arm;
         let process = Process::Controller(arm);
         let others = start.spec.fci.iter().filter(|fci| fci.is_none()).count();
-        Ok(Self {
-            robot,
+        let mut process = Self {
+            cycle,
+            inputs: Inputs::new(arm, bus.publisher(TopicId::ClientTap(arm))?),
+            keyframes: Keyframes::new(bus.publisher(TopicId::Keyframe(process))?),
             net,
             arm,
             has_other_arms: others > 0,
@@ -172,19 +171,17 @@ impl<C: Clock> FciProcess<C> {
             clock,
             spin_ns: if fifo { SPIN_FIFO_NS } else { SPIN_OTHER_NS },
             awaits: Await::State(None),
-            answered: None,
-            began_with: None,
             hand_messages: 0,
-            client: ClientState::zeroed(),
             free_ticks: 0,
-            cycles: 0,
-            missed_cycles: 0,
             lockstep: false,
             strict: interface(start).is_some_and(|fci| fci.strict),
             class: LoopClass::new(start, CONTROLLER_PRIORITY, fifo),
             expected_ns: 0,
             woke_ns: 0,
-        })
+        };
+        // The state before the first command, so that a replay can start there.
+        process.publish_keyframe(&Header::zeroed());
+        Ok(process)
     }
 
     fn take_state(&mut self) -> bool {
@@ -206,7 +203,7 @@ impl<C: Clock> FciProcess<C> {
             self.listen();
             // Physics is paused or away: a client that only reads sees that the robot is there. One
             // that moves would send the commands of its motion in vain.
-            if !self.robot.arm.is_moving() {
+            if !self.cycle.robot().is_moving() {
                 self.repeat_state();
             }
             return self.finish(false);
@@ -226,71 +223,55 @@ impl<C: Clock> FciProcess<C> {
     }
 
     /// One cycle of the robot, for the state that was taken.
-    fn cycle(&mut self) {
+    fn answer(&mut self) {
+        self.inputs.settle(&mut self.cycle, &self.state);
         let Some(state) = self.state.current() else {
             return;
         };
-        let Some(arm) = state.arms().get(usize::from(self.arm)) else {
+        if !self.cycle.update(state, &mut self.sent, &mut self.report) {
             return;
-        };
-        let (generation, tick) = (state.header.generation, state.header.tick);
-        let scene = Some((generation, state.panel.scene_reset));
-        let is_new = self.began_with != scene;
-        self.began_with = scene;
-        let last = self
-            .answered
-            .filter(|(answered, _)| *answered == generation);
-        let ticks = last.map_or(1, |(_, last)| tick.saturating_sub(last));
-        self.missed_cycles += ticks.saturating_sub(1);
-        self.cycles += 1;
+        }
+        let tick = state.header.tick;
         // Counted from rest: a client may end before or after that.
-        if self.robot.arm.is_at_rest() {
+        if self.cycle.robot().is_at_rest() {
             self.free_ticks = self.free_ticks.saturating_sub(1);
         }
-        let measured = messages::measured(arm, is_new);
-        let fingers = messages::fingers(arm);
-        let Robot {
-            arm: robot,
-            gripper,
-            ..
-        } = &mut self.robot;
-        let setpoint = robot.advance(&measured);
-        let (width, force) = gripper.as_mut().map_or((0.0, 0.0), |gripper| {
-            if is_new {
-                // A hand that holds something keeps its grip: an open width would drop it.
-                let holds = fingers.force > HOLDING_FORCE_N;
-                gripper.begin(if holds { 0.0 } else { fingers.width });
-            }
-            gripper.advance(&fingers)
-        });
-        messages::command(state, (self.arm, width, force), &setpoint, &mut self.sent);
-        let progress = Progress {
-            is_moving: robot.is_moving(),
-            cycles: self.cycles,
-            missed_cycles: self.missed_cycles,
-            client: self.client,
-        };
-        messages::status(state, arm, &self.sent, &progress, &mut self.report);
-        let arm = *arm;
-        self.publish();
-        self.answered = Some((generation, tick));
-        self.send(&measured, &arm);
+        let is_sent = self.publish();
+        self.send();
         self.reply();
-        if let Some(reflex) = self.robot.arm.take_reflex() {
-            self.client.reflexes += 1;
-            self.client.reflex = Text::new(reflex.broken.error.name());
+        if let Some(reflex) = self.cycle.take_reflex() {
             self.health.incident(&messages::reflex(&reflex));
+        }
+        // A command that was not sent has no number for the checkpoint to follow.
+        if is_sent && self.keyframes.is_due(tick, false) {
+            let of_command = self.sent.header;
+            self.publish_keyframe(&of_command);
         }
     }
 
-    fn publish(&mut self) {
+    /// Publishes command and status; whether the command was sent.
+    fn publish(&mut self) -> bool {
         let (command, report) = (&self.sent, &self.report);
         // Status before command: a process that has the command may rely on the status.
         let _sent = self.status.publish(|message| *message = *report).is_ok();
-        let _sent = self.command.publish(|message| *message = *command).is_ok();
+        let is_sent = self.command.publish(|message| *message = *command).is_ok();
         if self.lockstep {
             self.physics_bell.ring();
             self.task_bell.ring();
+        }
+        is_sent
+    }
+
+    /// Publishes a checkpoint for replay, as of the newest command, whose header is
+    /// `of_command`.
+    fn publish_keyframe(&mut self, of_command: &Header) {
+        let cycle = &self.cycle;
+        let after_seq = self.command.seq();
+        let save = |bytes: &mut [u8]| cycle.save(bytes).ok();
+        if !self.keyframes.send_whole(of_command, after_seq, save) {
+            self.health.note(
+                "the checkpoint of the interface could not be kept: no replay verifies this run",
+            );
         }
     }
 
@@ -302,7 +283,7 @@ impl<C: Clock> FciProcess<C> {
             self.woke_ns.saturating_sub(self.expected_ns)
         };
         self.expected_ns = self.woke_ns + TICK_NS;
-        let tick = self.answered.map_or(0, |(_, tick)| tick);
+        let tick = self.cycle.answered().map_or(0, |(_, tick)| tick);
         let now_ns = self.clock.now_ns();
         if has_cycle {
             self.health
@@ -312,10 +293,11 @@ impl<C: Clock> FciProcess<C> {
             // A subscriber that joined late gets the newest message only by this call.
             self.command.update_connections();
             self.status.update_connections();
+            self.inputs.update_connections();
         }
         let states = self.state.counts();
         self.health
-            .totals(self.missed_cycles, states.rejected, states.fenced);
+            .totals(self.cycle.missed_cycles(), states.rejected, states.fenced);
         self.health
             .refused("state", self.state.take_invalid(), now_ns);
         self.health.publish_if_due(tick, now_ns);

@@ -132,4 +132,5 @@ message!(
     crate::OperatorReply,
     crate::WorldPiece,
     crate::Keyframe,
+    crate::ClientInput,
 );

@@ -6,6 +6,7 @@
 //! a reader that [`Validate`]s it needs nothing else to be safe.
 
 pub mod arm;
+pub mod client;
 pub mod contact;
 pub mod decision;
 pub mod equipment;
@@ -27,6 +28,7 @@ mod wire;
 pub mod world;
 
 pub use arm::{ArmCommand, ArmStatus, GripperCommand};
+pub use client::ClientInput;
 pub use contact::Contacts;
 pub use decision::{ArmGoal, Decision, GripperGoal};
 pub use equipment::EquipmentState;

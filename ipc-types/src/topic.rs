@@ -29,6 +29,8 @@ pub enum TopicId {
     ArmStatusTap(u8),
     /// Every decision for the recorder.
     DecisionTap,
+    /// Every input of the client of an arm for the recorder.
+    ClientTap(u8),
     /// Checkpoints of a process, once a second, for the recorder.
     Keyframe(Process),
     /// Progress of the recorder, for physics: in lockstep it does not run ahead of what the
@@ -97,6 +99,7 @@ impl TopicId {
             Self::ArmCommandTap(arm) => 0x400 + u32::from(arm),
             Self::ArmStatusTap(arm) => 0x500 + u32::from(arm),
             Self::Keyframe(process) => 0x600 + process.code(),
+            Self::ClientTap(arm) => 0x700 + u32::from(arm),
             Self::Recorder => 6,
             Self::Contacts => 7,
         }
@@ -116,6 +119,7 @@ impl TopicId {
             Self::ArmCommandTap(arm) => format!("tap/arm/{arm}/command"),
             Self::ArmStatusTap(arm) => format!("tap/arm/{arm}/status"),
             Self::DecisionTap => "tap/decision".to_owned(),
+            Self::ClientTap(arm) => format!("tap/fci/{arm}"),
             Self::Keyframe(process) => format!("tap/keyframe/{}", process.name()),
             Self::Recorder => "recorder".to_owned(),
         }
@@ -133,6 +137,8 @@ impl TopicId {
             Self::ArmCommandTap(_) | Self::ArmStatusTap(_) => TAP_DEPTH,
             // 2.5 s of decisions; in lockstep physics waits long before (`RECORDER_LAG_TICKS`).
             Self::DecisionTap => 256,
+            // Half a second of commands.
+            Self::ClientTap(_) => 512,
             // A task on a busy machine sends one with every decision.
             Self::Keyframe(_) => 16,
             _ => 1,
@@ -158,6 +164,7 @@ impl TopicId {
                 | Self::ArmCommandTap(_)
                 | Self::ArmStatusTap(_)
                 | Self::DecisionTap
+                | Self::ClientTap(_)
                 | Self::Keyframe(_)
         )
     }

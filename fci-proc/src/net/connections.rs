@@ -14,7 +14,7 @@ use fci::{
     REQUEST_BYTES, Reply, Request, VERSION, decode, decode_gripper,
 };
 
-use super::Event;
+use super::{Event, Received};
 
 /// Connections at a time, also those without a client yet; with one more the oldest of those
 /// is closed.
@@ -140,13 +140,13 @@ impl Connections {
         let ordering = Ordering::AcqRel;
         let was_served = served.compare_exchange(connection, 0, ordering, Ordering::Acquire);
         if was_served.is_ok() {
-            self.tell(event);
+            self.tell(&event);
         }
     }
 
-    fn tell(&self, event: Event) {
+    fn tell(&self, event: &Event) {
         // The control loop takes events in every cycle; it has ended where this fails.
-        let _told = self.events.send(event).is_ok();
+        let _told = self.events.send(*event).is_ok();
     }
 
     /// Reads the requests of a client of the arm until it goes, or sends none.
@@ -165,8 +165,8 @@ impl Connections {
                         return;
                     }
                 };
-                input.take(framed.size);
-                if !self.serve(connection, peer, &framed) {
+                let received = input.take(framed.size);
+                if !self.serve(connection, peer, (&framed, received)) {
                     return;
                 }
             }
@@ -174,7 +174,12 @@ impl Connections {
     }
 
     /// Executes or hands over a request; `false` ends the connection.
-    fn serve(&self, connection: u64, peer: SocketAddr, framed: &Framed) -> bool {
+    fn serve(
+        &self,
+        connection: u64,
+        peer: SocketAddr,
+        (framed, received): (&Framed, Received),
+    ) -> bool {
         let reply = |status| Reply {
             command: framed.command,
             id: framed.id,
@@ -196,7 +201,7 @@ impl Connections {
                 }
                 self.write(connection, &reply(0).encode(&VERSION.to_le_bytes()));
                 let states = SocketAddr::new(peer.ip(), udp_port);
-                self.tell(Event::Connected(connection, states));
+                self.tell(&Event::Connected(connection, states));
                 true
             }
             // The first request must be a connect.
@@ -206,7 +211,7 @@ impl Connections {
                 true
             }
             _ => {
-                self.tell(Event::Request(connection, *framed));
+                self.tell(&Event::Request(connection, received));
                 true
             }
         }
@@ -231,20 +236,25 @@ impl Connections {
                         return;
                     }
                 };
-                input.take(framed.size);
-                if !self.serve_gripper(connection, peer, &framed) {
+                let received = input.take(framed.size);
+                if !self.serve_gripper(connection, peer, (&framed, received)) {
                     return;
                 }
             }
         }
     }
 
-    fn serve_gripper(&self, connection: u64, peer: SocketAddr, framed: &GripperFramed) -> bool {
+    fn serve_gripper(
+        &self,
+        connection: u64,
+        peer: SocketAddr,
+        (framed, received): (&GripperFramed, Received),
+    ) -> bool {
         let GripperRequest::Connect { version, udp_port } = framed.request else {
             if self.hand_client.load(Ordering::Acquire) != connection {
                 return false;
             }
-            self.tell(Event::HandRequest(connection, *framed));
+            self.tell(&Event::HandRequest(connection, received));
             return true;
         };
         let is_known = version == GRIPPER_VERSION;
@@ -264,7 +274,7 @@ impl Connections {
         self.write(connection, &reply.encode(&GRIPPER_VERSION.to_le_bytes()));
         if is_known {
             let states = SocketAddr::new(peer.ip(), udp_port);
-            self.tell(Event::HandConnected(connection, states));
+            self.tell(&Event::HandConnected(connection, states));
         }
         is_known
     }
@@ -322,8 +332,11 @@ impl<const N: usize> Input<N> {
         self.bytes.get(..self.used).unwrap_or_default()
     }
 
-    fn take(&mut self, count: usize) {
+    /// Removes the first `count` bytes, and returns them.
+    fn take(&mut self, count: usize) -> Received {
+        let received = Received::of(self.bytes().get(..count).unwrap_or_default());
         self.bytes.copy_within(count.min(self.used)..self.used, 0);
         self.used = self.used.saturating_sub(count);
+        received
     }
 }

@@ -2,7 +2,8 @@
 
 use cell_rt::Clock;
 use cell_worker::Wait;
-use fci::{GRIPPER_STATE_BYTES, Gripper, Measured};
+use fci::{GRIPPER_STATE_BYTES, Gripper};
+use ipc_types::client::ClientEvent;
 use ipc_types::{ArmState, TICK_NS};
 
 use super::{Await, FciProcess, SPIN_LOCKSTEP_NS};
@@ -27,47 +28,39 @@ impl<C: Clock> FciProcess<C> {
             return;
         }
         while let Some(event) = self.net.event() {
-            self.take(event);
+            self.take(&event);
         }
         // In lockstep one for each cycle; the next one waits in the socket.
-        let (arm, waits) = (&mut self.robot.arm, self.lockstep && !self.strict);
-        while !(self.lockstep && arm.is_answered())
+        while !(self.lockstep && self.cycle.robot().is_answered())
             && let Some(command) = self.net.command()
         {
-            arm.datagram(&command, waits);
+            self.input(ClientEvent::Command, &command);
         }
+    }
+
+    fn take(&mut self, event: &Event) {
+        match event {
+            Event::Connected(..) => self.input(ClientEvent::Connected, &[]),
+            Event::Request(_, request) => self.input(ClientEvent::Request, request.bytes()),
+            Event::Closed(_) => self.client_ended(),
+            Event::HandConnected(..) => {}
+            Event::HandRequest(_, request) => self.input(ClientEvent::HandRequest, request.bytes()),
+            Event::HandClosed(_) => self.input(ClientEvent::HandEnded, &[]),
+        }
+    }
+
+    /// Gives the cycle an input, and the client the replies to it.
+    fn input(&mut self, event: ClientEvent, bytes: &[u8]) {
+        let of = (event, self.lockstep && !self.strict);
+        self.inputs.take(&mut self.cycle, &self.state, of, bytes);
         self.reply();
     }
 
-    fn take(&mut self, event: Event) {
-        match event {
-            Event::Connected(..) => self.client.connected = 1,
-            Event::Request(_, framed) => self.robot.arm.request(&framed),
-            Event::Closed(_) => self.client_ended(),
-            Event::HandConnected(..) => {}
-            Event::HandRequest(_, framed) => {
-                let fingers = self.present().map(|(_, arm)| messages::fingers(&arm));
-                if let Some(gripper) = &mut self.robot.gripper {
-                    gripper.request(&framed, &fingers.unwrap_or_default());
-                }
-            }
-            Event::HandClosed(_) => {
-                if let Some(gripper) = &mut self.robot.gripper {
-                    gripper.disconnect();
-                }
-            }
-        }
-    }
-
     pub(super) fn reply(&mut self) {
-        while let Some(reply) = self.robot.arm.take_reply() {
-            self.client.motions += u32::from(reply.is_success_of_motion());
+        while let Some(reply) = self.cycle.take_reply() {
             self.net.reply(reply);
         }
-        let Some(gripper) = &mut self.robot.gripper else {
-            return;
-        };
-        while let Some(reply) = gripper.take_reply() {
+        while let Some(reply) = self.cycle.take_hand_reply() {
             self.net.reply_hand(reply);
         }
     }
@@ -78,7 +71,7 @@ impl<C: Clock> FciProcess<C> {
         (since_ns, repeat_ns): (u64, u64),
         now_ns: u64,
     ) -> Option<Wait> {
-        let arm = &self.robot.arm;
+        let arm = self.cycle.robot();
         if arm.is_answered() {
             return None;
         }
@@ -87,15 +80,15 @@ impl<C: Clock> FciProcess<C> {
             // Physics sends the state of its tick again when the scene is reset meanwhile.
             self.take_state();
         }
-        let arm = &self.robot.arm;
-        let is_busy = self.robot.gripper.as_ref().is_some_and(Gripper::is_busy);
-        let is_new = !self.is_started() || self.is_new_scene();
-        let passes = self.has_other_arms || self.free_ticks > 0 || is_new;
-        if !is_running && (passes || !arm.is_at_rest() || is_busy) {
+        let is_busy = self.cycle.gripper().is_some_and(Gripper::is_busy);
+        let state = self.state.current();
+        let is_new = state.is_some_and(|state| self.cycle.is_new_scene(state));
+        let passes = self.has_other_arms || self.free_ticks > 0 || is_new || !self.is_started();
+        if !is_running && (passes || !self.cycle.robot().is_at_rest() || is_busy) {
             return None;
         }
         // Before the first cycle physics knows no setpoint of this controller.
-        let (_, tick) = self.answered?;
+        let (_, tick) = self.cycle.answered()?;
         self.health.idle();
         self.health.publish_if_due(tick, now_ns);
         if is_running {
@@ -108,20 +101,8 @@ impl<C: Clock> FciProcess<C> {
     /// Whether the arm is known: before its first state a motion would begin elsewhere, and before
     /// the first tick its drives have no torques.
     fn is_started(&self) -> bool {
-        self.answered.is_some_and(|(_, tick)| tick > 0)
-    }
-
-    /// Whether no cycle has run since physics was replaced or the scene was reset. The next motion
-    /// would otherwise find that out in its first cycle, and end.
-    fn is_new_scene(&self) -> bool {
-        self.scene()
-            .is_some_and(|scene| self.began_with != Some(scene))
-    }
-
-    /// Generation of physics and count of scene resets.
-    pub(super) fn scene(&self) -> Option<(u32, u32)> {
-        let state = self.state.current()?;
-        Some((state.header.generation, state.panel.scene_reset))
+        let answered = self.cycle.answered();
+        answered.is_some_and(|(_, tick)| tick > 0)
     }
 
     /// The wait for the answer of a client that moves the arm; `None` once it has been silent for
@@ -147,7 +128,7 @@ impl<C: Clock> FciProcess<C> {
     /// The wait for a client that moves the arm: simulated time does not pass, and the state is
     /// repeated.
     fn wait_for_motion(&mut self, (since_ns, mut repeat_ns): (u64, u64), now_ns: u64) -> Wait {
-        let is_moving = self.robot.arm.is_moving();
+        let is_moving = self.cycle.robot().is_moving();
         if now_ns >= repeat_ns {
             self.repeat_state();
             // A client that starts a motion has seen it in one state; more of them would be time
@@ -168,39 +149,38 @@ impl<C: Clock> FciProcess<C> {
 
     /// The connection of the client has ended.
     fn client_ended(&mut self) {
-        self.robot.arm.disconnect();
-        self.client.connected = 0;
-        self.client.ended += 1;
+        self.input(ClientEvent::Ended, &[]);
         self.free_ticks = AFTER_CLIENT_TICKS;
     }
 
     /// Sends the present state under the next number.
     pub(super) fn repeat_state(&mut self) {
-        let Some((_, arm)) = self.present() else {
+        self.inputs.repeat(&mut self.cycle);
+        self.send();
+    }
+
+    /// This arm in the newest state.
+    fn present(&self) -> Option<ArmState> {
+        let arms = self.state.current()?.arms();
+        arms.get(usize::from(self.arm)).copied()
+    }
+
+    /// Sends the newest state.
+    pub(super) fn send(&mut self) {
+        let Some(arm) = self.present() else {
             return;
         };
         let measured = messages::measured(&arm, false);
-        self.robot.arm.repeat();
-        self.send(&measured, &arm);
-    }
-
-    /// The newest state, and this arm in it.
-    fn present(&self) -> Option<(u64, ArmState)> {
-        let state = self.state.current()?;
-        let arm = state.arms().get(usize::from(self.arm))?;
-        Some((state.header.tick, *arm))
-    }
-
-    pub(super) fn send(&mut self, measured: &Measured, arm: &ArmState) {
-        self.robot.arm.write_state(measured, &mut self.datagram);
+        let robot = self.cycle.robot();
+        robot.write_state(&measured, &mut self.datagram);
         self.net.send(&self.datagram);
-        let Some(gripper) = &self.robot.gripper else {
+        let Some(gripper) = self.cycle.gripper() else {
             return;
         };
-        if self.robot.arm.message_id().is_multiple_of(HAND_TICKS) {
+        if robot.message_id().is_multiple_of(HAND_TICKS) {
             let mut state = [0; GRIPPER_STATE_BYTES];
             self.hand_messages = self.hand_messages.wrapping_add(1);
-            gripper.write_state(self.hand_messages, &messages::fingers(arm), &mut state);
+            gripper.write_state(self.hand_messages, &messages::fingers(&arm), &mut state);
             self.net.send_hand(&state);
         }
     }

@@ -4,6 +4,7 @@
 use std::collections::BTreeSet;
 
 use ipc_types::arm::{DriveMode, NotReached, PlanState, StopAction, StopCause};
+use ipc_types::client::ClientEvent;
 use ipc_types::contact::BodyKind;
 use ipc_types::decision::{GoalKind, Outcome};
 use ipc_types::equipment::{BreakCause, BreakLimit, SuctionRefusal, SupplyRefusal};
@@ -34,6 +35,7 @@ fn the_codes_of_all_values_are_the_published_ones() {
         line!(BodyKind),
         line!(BreakCause),
         line!(BreakLimit),
+        line!(ClientEvent),
         line!(DriveMode),
         line!(GoalKind),
         line!(GripperGoal),
@@ -76,6 +78,7 @@ fn topics() -> Vec<TopicId> {
             TopicId::ArmStatus(arm),
             TopicId::ArmCommandTap(arm),
             TopicId::ArmStatusTap(arm),
+            TopicId::ClientTap(arm),
         ]);
     }
     for process in Process::all(arms) {
@@ -104,6 +107,7 @@ fn each_topic_has_a_code_and_a_name_of_its_own() {
             0x311,
             "health/controller-1",
         ),
+        (TopicId::ClientTap(1), 0x701, "tap/fci/1"),
         (TopicId::Keyframe(Process::Task), 0x601, "tap/keyframe/task"),
     ];
     for (topic, code, name) in of_arm {

@@ -11,7 +11,8 @@ use ipc_types::topic::{Process, TopicId};
 use ipc_types::trace::TraceKind;
 use ipc_types::world::FLAG_LOCKSTEP;
 use ipc_types::{
-    ArmCommand, ArmStatus, Decision, Header, Health, Keyframe, TraceLine, WorldPiece, WorldState,
+    ArmCommand, ArmStatus, ClientInput, Decision, Header, Health, Keyframe, TraceLine, WorldPiece,
+    WorldState,
 };
 use serde_json::Value;
 
@@ -76,6 +77,7 @@ impl Opener<'_> {
 }
 
 struct Arm {
+    clients: Tap<ClientInput>,
     commands: Tap<ArmCommand>,
     status: Tap<ArmStatus>,
 }
@@ -109,6 +111,7 @@ impl Taps {
         let (mut taps, mut keyframes) = (Vec::new(), Vec::new());
         for arm in 0..arms {
             taps.push(Arm {
+                clients: open.tap(TopicId::ClientTap(arm), Channel::Client(arm))?,
                 commands: open.tap(TopicId::ArmCommandTap(arm), Channel::Command(arm))?,
                 status: open.tap(TopicId::ArmStatusTap(arm), Channel::Status(arm))?,
             });
@@ -159,6 +162,11 @@ impl Taps {
         };
         let batch = &mut self.batch;
         for (arm, taps) in self.arms.iter_mut().enumerate() {
+            let channel = taps.clients.channel;
+            let taken = taps.clients.drain(batch, |batch, source, input| {
+                batch.put(source, channel, &input.header, wire_bytes(input));
+            });
+            note(taken, TopicId::ClientTap(0));
             let channel = taps.commands.channel;
             let taken = taps.commands.drain(batch, |batch, source, command| {
                 batch.put(source, channel, &command.header, wire_bytes(command));
@@ -235,7 +243,9 @@ impl Taps {
 
     fn count_missed(&mut self, sink: &mut Sink) {
         let arms = self.arms.iter();
-        let late: u64 = arms.map(|arm| arm.commands.late + arm.status.late).sum();
+        let late: u64 = arms
+            .map(|arm| arm.clients.late + arm.commands.late + arm.status.late)
+            .sum();
         let late = late + self.world.late + self.decisions.late + self.trace.late;
         let late = late + self.keyframes.iter().map(|tap| tap.late).sum::<u64>();
         // All gaps are counted here, so that the sum on the page equals that of the file.

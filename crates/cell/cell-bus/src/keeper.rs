@@ -16,7 +16,8 @@ use std::os::unix::fs::DirBuilderExt;
 use iceoryx2::prelude::{LogLevel, NodeBuilder, NodeName, SignalHandlingMode, ipc, set_log_level};
 use ipc_types::topic::{OPERATOR_SERVICE, Process, TopicId, doorbell};
 use ipc_types::{
-    ArmCommand, ArmStatus, Contacts, Decision, Health, Keyframe, TraceLine, WorldPiece, WorldState,
+    ArmCommand, ArmStatus, ClientInput, Contacts, Decision, Health, Keyframe, TraceLine,
+    WorldPiece, WorldState,
 };
 
 use crate::error::BusError;
@@ -108,6 +109,7 @@ impl Keeper {
             TopicId::Contacts => self.create_topic_of::<Contacts>(topic),
             TopicId::WorldTap => self.create_topic_of::<WorldPiece>(topic),
             TopicId::Keyframe(_) => self.create_topic_of::<Keyframe>(topic),
+            TopicId::ClientTap(_) => self.create_topic_of::<ClientInput>(topic),
             TopicId::ArmCommand(_) | TopicId::ArmCommandTap(_) => {
                 self.create_topic_of::<ArmCommand>(topic)
             }

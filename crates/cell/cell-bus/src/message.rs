@@ -5,7 +5,8 @@ use core::any::Any;
 use ipc_types::header::Message;
 use ipc_types::probe::{Probe1K, Probe4K, Probe16K, Probe64};
 use ipc_types::{
-    ArmCommand, ArmStatus, Contacts, Decision, Health, Keyframe, TraceLine, WorldPiece, WorldState,
+    ArmCommand, ArmStatus, ClientInput, Contacts, Decision, Health, Keyframe, TraceLine,
+    WorldPiece, WorldState,
 };
 
 use crate::bus::{Bus, Wiring};
@@ -77,6 +78,18 @@ macro_rules! topic_messages {
 }
 
 topic_messages!(
-    WorldState, Contacts, WorldPiece, Keyframe, ArmCommand, ArmStatus, Decision, TraceLine, Health,
-    Probe64, Probe1K, Probe4K, Probe16K,
+    WorldState,
+    Contacts,
+    WorldPiece,
+    Keyframe,
+    ClientInput,
+    ArmCommand,
+    ArmStatus,
+    Decision,
+    TraceLine,
+    Health,
+    Probe64,
+    Probe1K,
+    Probe4K,
+    Probe16K,
 );

@@ -7,8 +7,8 @@
 use ipc_types::tap::PIECE_OBJECTS;
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::{
-    ArmCommand, ArmStatus, Contacts, Decision, Health, Keyframe, MAX_OBJECTS, TraceLine,
-    WorldPiece, WorldState,
+    ArmCommand, ArmStatus, ClientInput, Contacts, Decision, Health, Keyframe, MAX_OBJECTS,
+    TraceLine, WorldPiece, WorldState,
 };
 
 /// One writer is legal (the fence sees to it); the rest is slack for slots of
@@ -75,7 +75,12 @@ pub(crate) fn topics(arms: u8) -> Vec<TopicId> {
         TopicId::Recorder,
         TopicId::Keyframe(Process::Task),
     ]);
-    topics.extend((0..arms).map(|arm| TopicId::Keyframe(Process::Controller(arm))));
+    for arm in 0..arms {
+        topics.extend([
+            TopicId::Keyframe(Process::Controller(arm)),
+            TopicId::ClientTap(arm),
+        ]);
+    }
     topics
 }
 
@@ -85,6 +90,7 @@ fn message_size(topic: TopicId) -> usize {
         TopicId::Contacts => size_of::<Contacts>(),
         TopicId::WorldTap => size_of::<WorldPiece>(),
         TopicId::Keyframe(_) => size_of::<Keyframe>(),
+        TopicId::ClientTap(_) => size_of::<ClientInput>(),
         TopicId::ArmCommand(_) | TopicId::ArmCommandTap(_) => size_of::<ArmCommand>(),
         TopicId::ArmStatus(_) | TopicId::ArmStatusTap(_) => size_of::<ArmStatus>(),
         TopicId::Decision | TopicId::DecisionTap => size_of::<Decision>(),

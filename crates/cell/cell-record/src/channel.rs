@@ -1,7 +1,9 @@
 //! The channels of a recording, by name.
 
 use ipc_types::topic::Process;
-use ipc_types::{ArmCommand, ArmStatus, Decision, Keyframe, MAX_ARMS, TraceLine, Wire, WorldPiece};
+use ipc_types::{
+    ArmCommand, ArmStatus, ClientInput, Decision, Keyframe, MAX_ARMS, TraceLine, Wire, WorldPiece,
+};
 
 use crate::{foxglove, layout};
 
@@ -22,6 +24,8 @@ pub enum Channel {
     Log,
     /// `Keyframe`s of a process, cut after the record.
     Keyframe(Process),
+    /// `ClientInput`s of an arm, cut after the received bytes.
+    Client(u8),
     /// The run file (JSON).
     Run,
     /// The scene of the page (JSON).
@@ -71,6 +75,7 @@ impl Channel {
                 Self::Tracking(arm),
             ]);
             all.push(Self::Keyframe(Process::Controller(arm)));
+            all.push(Self::Client(arm));
         }
         all.push(Self::Keyframe(Process::Task));
         all.extend(Process::all(arms).into_iter().map(Self::Health));
@@ -89,6 +94,7 @@ impl Channel {
             Self::Trace => "trace".to_owned(),
             Self::Log => "log".to_owned(),
             Self::Keyframe(process) => format!("keyframe/{}", process.name()),
+            Self::Client(arm) => format!("arm/{arm}/client"),
             Self::Run => "run".to_owned(),
             Self::Scene => "scene".to_owned(),
             Self::Health(process) => format!("health/{}", process.name()),
@@ -120,7 +126,8 @@ impl Channel {
             | Self::Decision
             | Self::Trace
             | Self::Log
-            | Self::Keyframe(_) => true,
+            | Self::Keyframe(_)
+            | Self::Client(_) => true,
             Self::Run
             | Self::Scene
             | Self::Health(_)
@@ -157,6 +164,7 @@ impl Channel {
             Self::Decision => own::<Decision>("Decision"),
             Self::Trace | Self::Log => own::<TraceLine>("TraceLine"),
             Self::Keyframe(_) => own::<Keyframe>("Keyframe"),
+            Self::Client(_) => own::<ClientInput>("ClientInput"),
             Self::Run => json("robocell.Run", r#"{"type":"object"}"#),
             Self::Scene => json("robocell.Scene", r#"{"type":"object"}"#),
             Self::Health(_) => json("robocell.Health", HEALTH),

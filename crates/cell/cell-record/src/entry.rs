@@ -3,7 +3,7 @@
 use core::mem::offset_of;
 
 use ipc_types::tap::PieceObject;
-use ipc_types::{Keyframe, TICK_NS, Validate, Wire, WorldPiece};
+use ipc_types::{ClientInput, Keyframe, TICK_NS, Validate, Wire, WorldPiece};
 
 use crate::channel::Channel;
 use crate::error::RecordError;
@@ -81,6 +81,14 @@ impl Cut for WorldPiece {
 
 impl Cut for Keyframe {
     const LEAST: usize = offset_of!(Keyframe, bytes);
+
+    fn used(&self) -> usize {
+        Self::LEAST + self.bytes().len()
+    }
+}
+
+impl Cut for ClientInput {
+    const LEAST: usize = offset_of!(ClientInput, bytes);
 
     fn used(&self) -> usize {
         Self::LEAST + self.bytes().len()

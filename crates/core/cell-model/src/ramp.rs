@@ -9,13 +9,14 @@
 //! violation, and the first command after it another one.
 
 use rmp::JointLimits;
+use serde::{Deserialize, Serialize};
 
 /// A joint slower than this without acceleration is at rest (rad/s or m/s): far below the
 /// tolerance of any limit, and above the rounding errors that would keep it moving.
 const STANDSTILL: f64 = 1.0e-12;
 
 /// Commanded motion of one joint.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RampState {
     /// Position (rad or m).
     pub position: f64,

@@ -8,6 +8,7 @@ use cell_model::ramp::RampState;
 use cell_model::{Dynamics, Robot, SelfDistance};
 use nalgebra::{Isometry3, Vector3};
 use rmp::JointLimits;
+use serde::{Deserialize, Serialize};
 
 use crate::JOINTS;
 use crate::datagram::RobotCommand;
@@ -52,7 +53,7 @@ pub struct Setpoint {
 }
 
 /// How an answer to a state was late.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LateAnswer {
     /// The state.
     pub message_id: u64,
@@ -72,7 +73,7 @@ pub struct Reflex {
 }
 
 /// A motion of a client.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Motion {
     /// Number of its request.
     id: u32,
@@ -93,7 +94,7 @@ impl Motion {
     }
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 enum Mode {
     Idle,
     Move(Motion),
@@ -110,22 +111,12 @@ impl std::fmt::Display for NotSevenJoints {
     }
 }
 
-/// The robot behind its interface.
-pub struct Arm {
-    limits: [JointLimit; JOINTS],
-    ramp_limits: JointLimits,
-    kinematics: Kinematics,
-    dynamics: Dynamics,
-    robot: Robot,
-    self_distance: SelfDistance,
-    /// Positions of all joints of the robot, those of the arm as commanded.
-    all_positions: Vec<f64>,
-    gravity: Vector3<f64>,
-    nominal: Isometry3<f64>,
+/// What an arm remembers from one cycle to the next.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct ArmMemory {
     nominal_to_end: Isometry3<f64>,
     stiffness_frame: [f64; 16],
     load: (f64, [f64; 3], [f64; 9]),
-    hand: Hand,
     mode: Mode,
     errors: Errors,
     reflex_reason: Errors,
@@ -146,7 +137,25 @@ pub struct Arm {
     torques: [f64; JOINTS],
     external: [f64; JOINTS],
     replies: [Option<Reply>; 4],
+    /// Taken in the cycle in which it occurs.
+    #[serde(skip)]
     reflex: Option<Reflex>,
+}
+
+/// The robot behind its interface.
+pub struct Arm {
+    limits: [JointLimit; JOINTS],
+    ramp_limits: JointLimits,
+    kinematics: Kinematics,
+    dynamics: Dynamics,
+    robot: Robot,
+    self_distance: SelfDistance,
+    /// Positions of all joints of the robot, those of the arm as commanded.
+    all_positions: Vec<f64>,
+    gravity: Vector3<f64>,
+    nominal: Isometry3<f64>,
+    hand: Hand,
+    memory: ArmMemory,
 }
 
 impl Arm {
@@ -166,20 +175,10 @@ impl Arm {
             ..RampState::default()
         });
         let pose = kinematics.flange(&Joints::from(home)) * nominal;
-        Ok(Self {
-            limits,
-            ramp_limits: robot.limits(),
-            kinematics,
-            dynamics: Dynamics::new(robot),
-            self_distance: SelfDistance::new(robot),
-            all_positions: robot.with_arm_positions(&home),
-            robot: robot.clone(),
-            gravity,
-            nominal,
+        let memory = ArmMemory {
             nominal_to_end: Isometry3::identity(),
             stiffness_frame: columns(&Isometry3::identity()),
             load: (0.0, [0.0; 3], [0.0; 9]),
-            hand: Hand::of(robot),
             mode: Mode::Idle,
             errors: Errors::default(),
             reflex_reason: Errors::default(),
@@ -196,7 +195,30 @@ impl Arm {
             external: [0.0; JOINTS],
             replies: [None; 4],
             reflex: None,
+        };
+        Ok(Self {
+            limits,
+            ramp_limits: robot.limits(),
+            kinematics,
+            dynamics: Dynamics::new(robot),
+            self_distance: SelfDistance::new(robot),
+            all_positions: robot.with_arm_positions(&home),
+            robot: robot.clone(),
+            gravity,
+            nominal,
+            hand: Hand::of(robot),
+            memory,
         })
+    }
+
+    /// What it remembers: an arm of the same robot that is given it continues alike.
+    pub fn memory(&self) -> &ArmMemory {
+        &self.memory
+    }
+
+    /// Continues from `memory`.
+    pub fn resume(&mut self, memory: ArmMemory) {
+        self.memory = memory;
     }
 
     /// A command of the client. In real time one that answers an earlier state than the last is
@@ -205,14 +227,16 @@ impl Arm {
     pub fn datagram(&mut self, command: &RobotCommand, in_lockstep: bool) {
         // The first answer of a motion may be to any of its states: until then none is lost.
         let is_first = self.is_moving() && !self.is_running();
-        let is_in_order = command.message_id > self.answered_id;
-        if command.message_id == self.message_id || (is_in_order && (is_first || in_lockstep)) {
-            self.answered_id = command.message_id;
-            self.answer = Some(*command);
+        let is_in_order = command.message_id > self.memory.answered_id;
+        if command.message_id == self.memory.message_id
+            || (is_in_order && (is_first || in_lockstep))
+        {
+            self.memory.answered_id = command.message_id;
+            self.memory.answer = Some(*command);
             return;
         }
-        let behind = self.message_id.saturating_sub(command.message_id);
-        let late = self.late.iter_mut().flatten();
+        let behind = self.memory.message_id.saturating_sub(command.message_id);
+        let late = self.memory.late.iter_mut().flatten();
         for late in late.filter(|late| late.message_id == command.message_id) {
             late.after_cycles = u32::try_from(behind).ok();
         }
@@ -220,87 +244,82 @@ impl Arm {
 
     /// Whether the state sent last was answered.
     pub fn is_answered(&self) -> bool {
-        self.answer.is_some()
+        self.memory.answer.is_some()
     }
 
     /// Whether a motion waits for answers of the client.
     pub fn is_moving(&self) -> bool {
-        matches!(self.mode, Mode::Move(_))
+        matches!(self.memory.mode, Mode::Move(_))
     }
 
     /// Whether the client has answered a state of the present motion.
     pub fn is_running(&self) -> bool {
-        matches!(self.mode, Mode::Move(motion) if motion.is_running)
+        matches!(self.memory.mode, Mode::Move(motion) if motion.is_running)
     }
 
     /// Whether the commanded motion has ended.
     pub fn is_at_rest(&self) -> bool {
-        self.joints.iter().all(RampState::is_at_rest)
+        self.memory.joints.iter().all(RampState::is_at_rest)
     }
 
     /// Number of the state that was sent last.
     pub fn message_id(&self) -> u64 {
-        self.message_id
-    }
-
-    /// Continues to count states from `message_id`, so that a client sees no earlier number.
-    pub fn continue_from(&mut self, message_id: u64) {
-        self.message_id = self.message_id.max(message_id);
+        self.memory.message_id
     }
 
     /// The next reply to a request.
     pub fn take_reply(&mut self) -> Option<Reply> {
-        self.replies.iter_mut().find_map(Option::take)
+        self.memory.replies.iter_mut().find_map(Option::take)
     }
 
     /// The reflex of the last cycle, once.
     pub fn take_reflex(&mut self) -> Option<Reflex> {
-        self.reflex.take()
+        self.memory.reflex.take()
     }
 
     fn reply(&mut self, reply: Reply) {
-        let free = self.replies.iter_mut().find(|slot| slot.is_none());
+        let free = self.memory.replies.iter_mut().find(|slot| slot.is_none());
         if let Some(slot) = free {
             *slot = Some(reply);
         }
     }
 
     fn end_effector(&self) -> Isometry3<f64> {
-        self.nominal * self.nominal_to_end
+        self.nominal * self.memory.nominal_to_end
     }
 
     /// Writes the next state, as of `measured`.
     pub fn write_state(&self, measured: &Measured, out: &mut [u8; STATE_BYTES]) {
         let end_effector = self.end_effector();
-        let (generator_mode, controller_mode, robot_mode) = match self.mode {
+        let (generator_mode, controller_mode, robot_mode) = match self.memory.mode {
             Mode::Idle => (0, 3, 1),
             Mode::Move(motion) => (motion.generator_number + 1, motion.controller, 2),
             Mode::Reflex => (0, 3, 4),
         };
-        let successes = (self.answered & ((1 << RATE_CYCLES) - 1)).count_ones();
+        let successes = (self.memory.answered & ((1 << RATE_CYCLES) - 1)).count_ones();
         StateValues {
-            message_id: self.message_id,
+            message_id: self.memory.message_id,
             measured_pose: self.kinematics.flange(&measured.positions.into()) * end_effector,
-            commanded: &self.tool,
+            commanded: &self.memory.tool,
             end_effector,
             nominal: self.nominal,
-            nominal_to_end: self.nominal_to_end,
-            stiffness_frame: self.stiffness_frame,
+            nominal_to_end: self.memory.nominal_to_end,
+            stiffness_frame: self.memory.stiffness_frame,
             hand: &self.hand,
-            load: self.load,
+            load: self.memory.load,
             positions: measured.positions,
             velocities: measured.velocities,
             torques: measured.torques,
-            commanded_torques: self.torques,
-            commanded_positions: self.joints.map(|joint| joint.position),
-            commanded_velocities: self.joints.map(|joint| joint.velocity),
-            commanded_accelerations: self.joints.map(|joint| joint.acceleration),
-            external_torques: self.external,
+            commanded_torques: self.memory.torques,
+            commanded_positions: self.memory.joints.map(|joint| joint.position),
+            commanded_velocities: self.memory.joints.map(|joint| joint.velocity),
+            commanded_accelerations: self.memory.joints.map(|joint| joint.acceleration),
+            external_torques: self.memory.external,
             external_wrench: nalgebra::Vector6::zeros(),
             generator_mode,
             controller_mode,
-            errors: self.errors,
-            reflex_reason: self.reflex_reason,
+            errors: self.memory.errors,
+            reflex_reason: self.memory.reflex_reason,
             robot_mode,
             success_rate: if self.is_running() {
                 f64::from(successes) / f64::from(RATE_CYCLES)

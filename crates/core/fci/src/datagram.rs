@@ -1,6 +1,8 @@
 //! The command of a client for one cycle, over UDP (libfranka-common,
 //! `research_interface/robot/rbk_types.h`, version 10).
 
+use serde::{Deserialize, Serialize};
+
 use crate::JOINTS;
 use crate::bytes::Reader;
 
@@ -8,7 +10,7 @@ use crate::bytes::Reader;
 pub const COMMAND_BYTES: usize = 371;
 
 /// A command. Values that the motion does not use may be anything.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RobotCommand {
     /// Number of the state that it answers.
     pub message_id: u64,

@@ -1,6 +1,8 @@
 //! The 41 errors of the robot, in the order of their flags (libfranka-common,
 //! `research_interface/robot/error.h`).
 
+use serde::{Deserialize, Serialize};
+
 /// Number of errors.
 pub const ERROR_COUNT: usize = 41;
 
@@ -49,7 +51,7 @@ const NAMES: [&str; ERROR_COUNT] = [
 ];
 
 /// An error, by the number of its flag.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Error(u8);
 
 impl Error {
@@ -106,7 +108,7 @@ impl Error {
 }
 
 /// A set of errors.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Errors(u64);
 
 impl Errors {

@@ -19,7 +19,9 @@ mod request;
 mod state;
 mod urdf;
 
-pub use arm::{Arm, LOST_ANSWERS, LateAnswer, Measured, NotSevenJoints, Reflex, Setpoint};
+pub use arm::{
+    Arm, ArmMemory, LOST_ANSWERS, LateAnswer, Measured, NotSevenJoints, Reflex, Setpoint,
+};
 pub use datagram::{COMMAND_BYTES, RobotCommand};
 pub use error::{ERROR_COUNT, Error, Errors};
 pub use gripper::{

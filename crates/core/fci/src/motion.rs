@@ -2,6 +2,7 @@
 
 use cell_model::ramp::RampState;
 use nalgebra::{Isometry3, Vector6};
+use serde::{Deserialize, Serialize};
 
 use crate::JOINTS;
 use crate::bytes::single;
@@ -10,7 +11,7 @@ use crate::kinematics::Kinematics;
 use crate::limits::{ANGULAR, CYCLE_S, JointLimit, LINEAR, TOLERANCE, TORQUE_RATE};
 
 /// Kind of the commands of a motion.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum Generator {
     JointPosition,
     JointVelocity,
@@ -71,7 +72,7 @@ pub(crate) struct Before<'a> {
 }
 
 /// The commanded motion of the end effector in the base frame.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct Tool {
     pub(crate) pose: Isometry3<f64>,
     pub(crate) twist: Vector6<f64>,

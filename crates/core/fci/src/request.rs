@@ -1,6 +1,8 @@
 //! Messages over TCP, to and from the arm (libfranka-common,
 //! `research_interface/robot/service_types.h`, version 10).
 
+use serde::{Deserialize, Serialize};
+
 use crate::JOINTS;
 use crate::bytes::Reader;
 
@@ -54,7 +56,7 @@ pub enum Request {
 }
 
 /// What a motion is to be.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct MoveRequest {
     /// 0 joint impedance, 1 Cartesian impedance, 2 external (torques).
     pub controller: u32,
@@ -207,7 +209,7 @@ pub enum MoveStatus {
 }
 
 /// A reply to a request.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Reply {
     /// Command of the request.
     pub command: u32,

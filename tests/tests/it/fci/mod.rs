@@ -6,8 +6,12 @@ mod client;
 use std::net::{Ipv4Addr, TcpStream};
 use std::path::Path;
 
+use cell_record::{Channel, wire_bytes};
+use ipc_types::ClientInput;
+use ipc_types::client::ClientEvent;
 use robocell_tests::cell::{TestCell, base};
 use robocell_tests::program::{Said, finish, robocell, wait_for};
+use robocell_tests::recording::{rewrite, same, verify};
 use serde_json::Value;
 
 use client::{Client, Refused};
@@ -75,6 +79,52 @@ fn a_client_moves_the_arm_and_the_same_client_gives_the_same_run() {
         (&other["ticks"], &other["state_hash"])
     );
     assert!(one["ticks"].as_u64().unwrap() > 1500);
+}
+
+#[test]
+fn what_a_client_sent_is_recorded_and_computed_again() {
+    let (at, base) = (address(8), base());
+    let file = base.path().join("client.mcap");
+    let name = file.display().to_string();
+    let said = run_with(base.path(), at, &["--record", &name], move || {
+        let mut client = Client::connect(at, 10).unwrap();
+        assert_eq!((client.turn(500), client.turn(1000)), (0, 0));
+    });
+    assert_eq!(said.code, 0, "{}{}", said.stdout, said.stderr);
+    let report = same(&verify(base.path(), &file, &["--json"]));
+    assert!(
+        report["commands"]["compared"].as_u64() > Some(1500),
+        "{report}"
+    );
+    assert_eq!(report["commands"]["skipped"], 0, "{report}");
+    // Once a second its memory.
+    assert!(report["records"]["compared"].as_u64() > Some(1), "{report}");
+    let (altered, mut tick) = (base.path().join("altered.mcap"), 0);
+    rewrite(
+        &file,
+        &altered,
+        |_| {},
+        |entry| {
+            if let Channel::Client(_) = entry.channel
+                && tick == 0
+                && entry.tick > 1000
+            {
+                let mut input: ClientInput = entry.read().expect("an input");
+                assert_eq!(input.event, ClientEvent::Command.code());
+                // Velocity of joint 7, after the number of the state and the positions.
+                input.bytes[8 + 56 + 48] ^= 1;
+                entry.bytes = wire_bytes(&input).to_vec();
+                tick = entry.tick;
+            }
+        },
+    );
+    let said = verify(base.path(), &altered, &["--json"]);
+    let said = said.json();
+    let first = &said["report"]["first_difference"];
+    assert_eq!(said["verdict"], "different", "{said}");
+    assert_eq!(first["message"], "command of arm 0", "{said}");
+    // The cycle of the state at which it was taken.
+    assert_eq!(first["tick"], tick, "{said}");
 }
 
 #[test]

@@ -76,7 +76,7 @@ fn before(recording: &Recording, first: &Difference) -> Vec<Around> {
             Message::Command(_, command) => number(&*command, &first.field),
             Message::Status(_, status) => number(&*status, &first.field),
             Message::Decision(decision) => number(&*decision, &first.field),
-            Message::World(_) | Message::Keyframe(..) => None,
+            Message::World(_) | Message::Client(..) | Message::Keyframe(..) => None,
         }?;
         Some(Around {
             tick: entry.ok()?.tick,

@@ -1,29 +1,31 @@
 //! Verification of the controller of one arm: its commands are computed a second time.
 
+mod client;
+mod own;
+
 use std::collections::VecDeque;
 
 use cell_model::Cell;
 use controller_proc::Controllers;
-use controller_proc::cycle::Cycle;
-use controller_proc::planning::Planner;
 use ipc_types::tap::KEYFRAME_BYTES;
 use ipc_types::topic::{Process, TopicId};
-use ipc_types::{ArmCommand, ArmStatus, Decision, Wire, WorldState};
+use ipc_types::{ArmCommand, ArmStatus, Wire, WorldState};
 
 use super::VerifyError;
 use super::difference::{Difference, first_byte};
-use super::inputs::{Checkpoints, Inputs, input};
+use super::inputs::{Checkpoint, Checkpoints, Inputs, input};
 use super::message_window::{Found, Key, PATIENCE, Step, key};
 use super::report::{Report, compare};
 use super::states::SeenState;
+
+use client::Client;
+use own::Own;
 
 /// Compares the commands of one arm with what its controller computes.
 pub(super) struct ArmCheck<'a> {
     cell: &'a Cell,
     controllers: &'a Controllers,
     arm: u8,
-    /// Made with the first plan that was answered: most arms never plan.
-    planner: Option<Planner>,
     waiting: VecDeque<Box<ArmCommand>>,
     running: Option<Running>,
     state: Box<WorldState>,
@@ -32,10 +34,54 @@ pub(super) struct ArmCheck<'a> {
 
 /// A controller in its state after a command.
 struct Running {
-    cycle: Cycle,
-    decision_limit_ticks: u64,
+    controller: Controller,
     at: Key,
 }
+
+/// What computes the commands of an arm.
+enum Controller {
+    /// A controller of this project.
+    Own(Box<Own>),
+    /// The control interface, for a client.
+    Client(Box<Client>),
+}
+
+impl Controller {
+    /// That of an arm, as of a checkpoint.
+    fn begin(check: &ArmCheck<'_>, record: &Checkpoint) -> Result<Self, VerifyError> {
+        let arm = check.cell.arms.get(usize::from(check.arm));
+        if arm.is_some_and(cell_model::ArmSpec::has_client) {
+            let client = Client::begin(check.cell, check.arm, &record.bytes)?;
+            return Ok(Self::Client(Box::new(client)));
+        }
+        let own = Own::begin((check.cell, check.controllers), check.arm, &record.bytes)?;
+        Ok(Self::Own(Box::new(own)))
+    }
+
+    /// Computes a command and the status beside it.
+    fn compute(
+        &mut self,
+        command: &ArmCommand,
+        (used, inputs): (&CommandInputs<'_>, &Inputs),
+        state: &mut WorldState,
+    ) -> Result<Computed, Step> {
+        match self {
+            Self::Own(own) => own.compute(command, (used, inputs), state),
+            Self::Client(client) => client.compute(command, (used, inputs), state),
+        }
+    }
+
+    /// Writes its checkpoint; its length.
+    fn save(&mut self, bytes: &mut [u8]) -> Result<usize, VerifyError> {
+        match self {
+            Self::Own(own) => own.save(bytes),
+            Self::Client(client) => client.save(bytes),
+        }
+    }
+}
+
+/// A computed command, and the status beside it.
+type Computed = (ArmCommand, ArmStatus);
 
 impl<'a> ArmCheck<'a> {
     pub(super) fn new(cell: &'a Cell, arm: u8, controllers: &'a Controllers) -> Self {
@@ -43,7 +89,6 @@ impl<'a> ArmCheck<'a> {
             cell,
             controllers,
             arm,
-            planner: None,
             waiting: VecDeque::new(),
             running: None,
             state: Box::new(WorldState::zeroed()),
@@ -73,7 +118,7 @@ impl<'a> ArmCheck<'a> {
                 self.running = self.begin(before, records)?;
                 report.stretches += u64::from(self.running.is_some());
             }
-            match self.step(inputs, report)? {
+            match self.step(inputs, report) {
                 // Topics are recorded one after the other, so an input may follow later. Beyond
                 // `PATIENCE` it will not, and waiting would hold every later command.
                 Step::Wait if self.waiting.len() < PATIENCE => return Ok(()),
@@ -96,51 +141,23 @@ impl<'a> ArmCheck<'a> {
         let Some(record) = records.after(self.process(), at) else {
             return Ok(None);
         };
-        let mut cycle = Cycle::with(self.cell, usize::from(self.arm), self.controllers)?;
-        let decision_limit_ticks = cycle.restore(&record.bytes)?;
-        Ok(Some(Running {
-            cycle,
-            decision_limit_ticks,
-            at,
-        }))
+        let controller = Controller::begin(self, record)?;
+        Ok(Some(Running { controller, at }))
     }
 
-    fn step(&mut self, inputs: &Inputs, report: &mut Report) -> Result<Step, VerifyError> {
+    fn step(&mut self, inputs: &Inputs, report: &mut Report) -> Step {
         let (Some(running), Some(command)) = (&mut self.running, self.waiting.front()) else {
-            return Ok(Step::Lost);
+            return Step::Lost;
         };
-        let used = match inputs_of(self.arm, command, running.cycle.latched(), inputs) {
-            Ok(used) => used,
-            Err(step) => return Ok(step),
+        let computed = inputs_of(self.arm, command, inputs).and_then(|used| {
+            let of = (&used, inputs);
+            let computed = running.controller.compute(command, of, &mut self.state)?;
+            Ok((used, computed))
+        });
+        let (used, (mut computed, mut computed_status)) = match computed {
+            Ok(computed) => computed,
+            Err(step) => return step,
         };
-        if let Some(request) = running.cycle.plan_request() {
-            // The status alone names the answered plan, hence the tick in which it was taken;
-            // without the status the path of the arm from here on is unknown.
-            let Some(status) = used.status else {
-                return Ok(Step::Lost);
-            };
-            // The answer is computed again, not read: `Planner::answer` is pure (ADR 0021), so
-            // the plan itself is verified, too.
-            if status.answered_plan == request.id {
-                let planner = match &mut self.planner {
-                    Some(planner) => planner,
-                    none => none.insert(Planner::new(self.cell, usize::from(self.arm))?),
-                };
-                let answer = planner.answer(&request);
-                running.cycle.answer_plan(&mut Some(answer));
-            }
-        }
-        // Objects are left out: a controller does not read them, and they are not in every
-        // record.
-        used.state.write_arms(&mut self.state);
-        let (mut computed, mut computed_status) = (ArmCommand::zeroed(), ArmStatus::zeroed());
-        running.cycle.update(
-            &self.state,
-            used.decision,
-            running.decision_limit_ticks,
-            &mut computed,
-            &mut computed_status,
-        );
         // From here on the controller is in the state after this command, compared or not.
         running.at = key(&command.header);
         report.compared_at(command.header.tick);
@@ -159,7 +176,7 @@ impl<'a> ArmCheck<'a> {
         report.commands.add(found.is_some());
         report.differs(found);
         report.follow(&name, &**command, &computed);
-        Ok(Step::Done)
+        Step::Done
     }
 
     /// Compares the memory of the controller with its recorded checkpoint, if there is one for
@@ -174,8 +191,7 @@ impl<'a> ArmCheck<'a> {
         else {
             return Ok(());
         };
-        let limit = running.decision_limit_ticks;
-        let length = running.cycle.save(limit, &mut self.bytes)?;
+        let length = running.controller.save(&mut self.bytes)?;
         let computed = self.bytes.get(..length).unwrap_or_default();
         report.records.add(computed != record.bytes);
         if computed == record.bytes {
@@ -198,29 +214,19 @@ impl<'a> ArmCheck<'a> {
     }
 }
 
-/// The inputs of a command, and the status that was sent with it.
+/// The state of a command, and the status that was sent with it.
 struct CommandInputs<'i> {
     state: &'i SeenState,
-    /// Only one that is new to the controller.
-    decision: Option<&'i Decision>,
     status: Option<&'i ArmStatus>,
 }
 
 fn inputs_of<'i>(
     arm: u8,
     command: &ArmCommand,
-    latched: Option<Key>,
     inputs: &'i Inputs,
 ) -> Result<CommandInputs<'i>, Step> {
     let state = input(&command.header, TopicId::WorldState).ok_or(Step::Lost)?;
     let state = inputs.states.find(state).here()?;
-    // A decision that the controller has latched already changes nothing, and may be older than
-    // the first recorded one: it is not needed.
-    let named = input(&command.header, TopicId::Decision);
-    let decision = match named.filter(|named| latched != Some(*named)) {
-        Some(named) => Some(&**inputs.decisions.find(named).here()?),
-        None => None,
-    };
     let window = inputs.statuses.get(usize::from(arm)).ok_or(Step::Lost)?;
     let status = match window.find(key(&command.header)) {
         Found::NotYet => return Err(Step::Wait),
@@ -231,9 +237,5 @@ fn inputs_of<'i>(
         }
         Found::Lost => None,
     };
-    Ok(CommandInputs {
-        state,
-        decision,
-        status,
-    })
+    Ok(CommandInputs { state, status })
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use ipc_types::header::Message as _;
 use ipc_types::topic::{Process, TopicId};
-use ipc_types::{ArmStatus, Decision, Header, Keyframe, MAX_ARMS};
+use ipc_types::{ArmStatus, ClientInput, Decision, Header, Keyframe, MAX_ARMS};
 
 use super::message::{Message, Recorded};
 use super::message_window::{Key, MessageWindow, Sequence, key};
@@ -17,6 +17,7 @@ pub(super) struct Inputs {
     pub(super) states: States,
     pub(super) statuses: [MessageWindow<Box<ArmStatus>>; MAX_ARMS],
     pub(super) decisions: MessageWindow<Box<Decision>>,
+    pub(super) clients: [MessageWindow<Box<ClientInput>>; MAX_ARMS],
     commands: [Sequence; MAX_ARMS],
 }
 
@@ -52,6 +53,13 @@ impl Inputs {
                 let missing = self.decisions.put(key(&decision.header), decision.clone());
                 (TopicId::Decision, missing, decision.header.tick)
             }
+            Message::Client(arm, input) => {
+                let Some(window) = self.clients.get_mut(usize::from(*arm)) else {
+                    return false;
+                };
+                let missing = window.put(key(&input.header), input.clone());
+                (TopicId::ClientTap(*arm), missing, input.header.tick)
+            }
             // Records were collected before the first message was taken.
             Message::Keyframe(..) => return false,
         };
@@ -64,6 +72,7 @@ impl Inputs {
         self.states.end();
         self.statuses.iter_mut().for_each(MessageWindow::end);
         self.decisions.end();
+        self.clients.iter_mut().for_each(MessageWindow::end);
     }
 }
 

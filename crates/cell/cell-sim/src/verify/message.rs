@@ -1,7 +1,7 @@
 //! The recorded messages that verification reads.
 
 use ipc_types::topic::Process;
-use ipc_types::{ArmCommand, ArmStatus, Decision, Keyframe, WorldPiece};
+use ipc_types::{ArmCommand, ArmStatus, ClientInput, Decision, Keyframe, WorldPiece};
 
 /// A recorded message, as it was sent.
 #[derive(Clone, Debug)]
@@ -14,6 +14,8 @@ pub enum Message {
     Status(u8, Box<ArmStatus>),
     /// Decision of the task.
     Decision(Box<Decision>),
+    /// Input of the client of an arm.
+    Client(u8, Box<ClientInput>),
     /// Part of the memory of a process.
     Keyframe(Process, Box<Keyframe>),
 }

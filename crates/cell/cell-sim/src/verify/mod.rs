@@ -61,6 +61,12 @@ pub enum VerifyError {
     /// The state record of a controller is damaged or of another version.
     #[error(transparent)]
     ControllerCheckpoint(#[from] controller_proc::checkpoint::CheckpointError),
+    /// An arm of a client has no control interface.
+    #[error(transparent)]
+    Client(#[from] fci_proc::cycle::RobotError),
+    /// The state record of a control interface is damaged or of another version.
+    #[error(transparent)]
+    ClientCheckpoint(#[from] fci_proc::cycle::CheckpointError),
     /// The policy.
     #[error(transparent)]
     Task(#[from] robocell_task::TaskError),

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use cell_model::runs::policy_server::is_address;
 use cell_record::{Channel, Entry, Recording};
 use ipc_types::header::Message as Headed;
-use ipc_types::{ArmCommand, ArmStatus, Decision, Keyframe, Wire, WorldPiece};
+use ipc_types::{ArmCommand, ArmStatus, ClientInput, Decision, Keyframe, Wire, WorldPiece};
 
 use super::message::{Message, Messages, Recorded};
 use super::report::Report;
@@ -72,6 +72,7 @@ pub(super) fn message(
         Channel::Command(arm) => Message::Command(arm, ours(entry, entry.read::<ArmCommand>())?),
         Channel::Status(arm) => Message::Status(arm, ours(entry, entry.read::<ArmStatus>())?),
         Channel::Decision => Message::Decision(ours(entry, entry.read::<Decision>())?),
+        Channel::Client(arm) => Message::Client(arm, ours(entry, entry.read::<ClientInput>())?),
         Channel::Keyframe(process) => {
             Message::Keyframe(process, ours(entry, entry.read::<Keyframe>())?)
         }

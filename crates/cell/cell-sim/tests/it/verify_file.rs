@@ -55,6 +55,7 @@ fn parts(message: &Message) -> (Channel, &Header, &[u8]) {
         Message::Command(arm, m) => (Channel::Command(*arm), m.header(), wire_bytes(&**m)),
         Message::Status(arm, m) => (Channel::Status(*arm), m.header(), wire_bytes(&**m)),
         Message::Decision(m) => (Channel::Decision, m.header(), wire_bytes(&**m)),
+        Message::Client(arm, m) => (Channel::Client(*arm), m.header(), wire_bytes(&**m)),
         Message::Keyframe(of, m) => (Channel::Keyframe(*of), m.header(), wire_bytes(&**m)),
     }
 }

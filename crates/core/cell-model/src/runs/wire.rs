@@ -1,6 +1,7 @@
 //! The messages between the processes as JSON, for programs in other languages.
 
 use ipc_types::arm::{StopAction, StopCause};
+use ipc_types::client::ClientEvent;
 use ipc_types::contact::BodyKind;
 use ipc_types::decision::{GoalKind, GripperGoal, Outcome};
 use ipc_types::equipment::{BreakCause, BreakLimit, SuctionRefusal, SupplyRefusal};
@@ -12,9 +13,9 @@ use ipc_types::topic::{Process, TopicId};
 use ipc_types::trace::{TraceEvent, TraceKind};
 use ipc_types::world::PauseCause;
 use ipc_types::{
-    ArmCommand, ArmStatus, Contacts, DECISION_TICKS, Decision, Health, Keyframe, MAX_ARMS,
-    MAX_BREAKS, MAX_INPUTS, MAX_JOINTS, MAX_OBJECTS, OperatorReply, OperatorRequest, TICK_NS,
-    TraceLine, Wire, WorldPiece, WorldState,
+    ArmCommand, ArmStatus, ClientInput, Contacts, DECISION_TICKS, Decision, Health, Keyframe,
+    MAX_ARMS, MAX_BREAKS, MAX_INPUTS, MAX_JOINTS, MAX_OBJECTS, OperatorReply, OperatorRequest,
+    TICK_NS, TraceLine, Wire, WorldPiece, WorldState,
 };
 use serde_json::{Map, Value, json};
 
@@ -57,6 +58,7 @@ pub fn contract() -> String {
         Health::SCHEMA,
         WorldPiece::SCHEMA,
         Keyframe::SCHEMA,
+        ClientInput::SCHEMA,
         OperatorRequest::SCHEMA,
         OperatorReply::SCHEMA,
     ];
@@ -77,6 +79,7 @@ fn codes() -> Value {
         BodyKind,
         BreakCause,
         BreakLimit,
+        ClientEvent,
         GoalKind,
         GripperGoal,
         OperatorAction,
@@ -116,6 +119,7 @@ fn topics() -> Value {
         add(TopicId::ArmCommandTap(arm), "ArmCommand");
         add(TopicId::ArmStatus(arm), "ArmStatus");
         add(TopicId::ArmStatusTap(arm), "ArmStatus");
+        add(TopicId::ClientTap(arm), "ClientInput");
     }
     for process in Process::all(arms) {
         add(TopicId::Health(process), "Health");
@@ -136,6 +140,7 @@ fn structs() -> Value {
         layout_of::<Health>(),
         layout_of::<WorldPiece>(),
         layout_of::<Keyframe>(),
+        layout_of::<ClientInput>(),
         layout_of::<OperatorRequest>(),
         layout_of::<OperatorReply>(),
     ] {

@@ -29,39 +29,41 @@ impl Arm {
     // A state is a millisecond of the robot, also where the caller missed one of physics: the
     // motion of a client would jump by two steps.
     pub fn advance(&mut self, measured: &Measured) -> Setpoint {
-        let answer = self.answer.take();
+        let answer = self.memory.answer.take();
         if measured.is_held {
             // No rule was broken: the drives are held, or physics was restarted.
             self.end_move(MoveStatus::Aborted);
-            self.joints = measured.setpoint;
+            self.memory.joints = measured.setpoint;
         }
-        match self.mode {
+        match self.memory.mode {
             Mode::Move(motion) => self.move_on(motion, answer.as_ref(), measured),
             Mode::Idle | Mode::Reflex => self.brake(),
         }
         self.serve_waiting();
-        self.message_id += 1;
+        self.memory.message_id += 1;
         self.setpoint(measured)
     }
 
-    /// The present state is sent again, under the next number: an answer to the last one is not
-    /// used.
-    pub fn repeat(&mut self) {
-        self.answer = None;
-        self.message_id += 1;
+    /// The present state is sent again `count` times, under the next numbers: an answer to the
+    /// last one is not used.
+    pub fn repeat(&mut self, count: u32) {
+        if count > 0 {
+            self.memory.answer = None;
+            self.memory.message_id += u64::from(count);
+        }
     }
 
     fn move_on(&mut self, mut motion: Motion, answer: Option<&RobotCommand>, measured: &Measured) {
         // A client answers once it has seen the modes of its motion in a state.
         if answer.is_none() && !motion.is_running {
-            self.mode = Mode::Move(motion);
+            self.memory.mode = Mode::Move(motion);
             return;
         }
         let is_first = !motion.is_running;
         motion.is_running = true;
         motion.cycles += 1;
         self.count(&mut motion, answer.is_some());
-        self.mode = Mode::Move(motion);
+        self.memory.mode = Mode::Move(motion);
         let result = match answer {
             Some(command) => self.command(&motion, command, is_first, measured),
             None if motion.lost >= LOST_ANSWERS => Err(Broken {
@@ -78,7 +80,7 @@ impl Arm {
             Err(broken) => self.stop(&motion, broken, measured),
             Ok(()) if answer.is_some_and(|command| command.is_finished) => {
                 if motion.by_torque() {
-                    self.joints = measured.setpoint;
+                    self.memory.joints = measured.setpoint;
                 }
                 self.end_move(MoveStatus::Success);
             }
@@ -87,16 +89,16 @@ impl Arm {
     }
 
     fn count(&mut self, motion: &mut Motion, is_answered: bool) {
-        self.answered = self.answered << 1 | u128::from(is_answered);
+        self.memory.answered = self.memory.answered << 1 | u128::from(is_answered);
         if is_answered {
             motion.lost = 0;
             return;
         }
         motion.lost += 1;
-        self.late.rotate_left(1);
-        if let Some(newest) = self.late.last_mut() {
+        self.memory.late.rotate_left(1);
+        if let Some(newest) = self.memory.late.last_mut() {
             *newest = Some(LateAnswer {
-                message_id: self.message_id,
+                message_id: self.memory.message_id,
                 after_cycles: None,
             });
         }
@@ -111,15 +113,15 @@ impl Arm {
     ) -> Result<(), Broken> {
         if motion.by_torque() {
             if !command.is_finished {
-                check_torques(&self.limits, &self.torques, &command.torques)?;
-                self.torques = command.torques;
+                check_torques(&self.limits, &self.memory.torques, &command.torques)?;
+                self.memory.torques = command.torques;
             }
             self.follow_measured(motion, measured);
             return Ok(());
         }
         let (joints, tool, start) = self.followed(motion, command, is_first, measured)?;
         self.check_self(&joints)?;
-        (self.joints, self.tool, self.start) = (joints, tool, start);
+        (self.memory.joints, self.memory.tool, self.memory.start) = (joints, tool, start);
         self.follow_by_joints(motion.generator);
         Ok(())
     }
@@ -139,9 +141,9 @@ impl Arm {
             limits: &self.limits,
             kinematics: &self.kinematics,
             end_effector: &end_effector,
-            joints: &self.joints,
+            joints: &self.memory.joints,
             measured: &measured.positions,
-            tool: &self.tool,
+            tool: &self.memory.tool,
             is_first,
             is_last: command.is_finished,
         };
@@ -160,7 +162,7 @@ impl Arm {
             }
             Err(broken) => broken,
         };
-        let other = match &self.start {
+        let other = match &self.memory.start {
             _ if is_first => start(&before, generator, command),
             Some(joints) => {
                 let tool = &rest(&before, joints);
@@ -182,7 +184,7 @@ impl Arm {
             self.follow_measured(motion, measured);
             return Ok(());
         }
-        let mut joints = self.joints;
+        let mut joints = self.memory.joints;
         for joint in &mut joints {
             joint.velocity += joint.acceleration * CYCLE_S;
             joint.position += joint.velocity * CYCLE_S;
@@ -202,17 +204,17 @@ impl Arm {
                 });
             }
         }
-        self.joints = joints;
+        self.memory.joints = joints;
         // A client in Cartesian space is judged from where the robot is by then.
         let pose = self.flange_at_joints() * self.end_effector();
-        let last = self.tool;
-        self.tool = Tool { pose, ..last };
+        let last = self.memory.tool;
+        self.memory.tool = Tool { pose, ..last };
         Ok(())
     }
 
     /// With torques the setpoint is where the joints are.
     fn follow_measured(&mut self, motion: &Motion, measured: &Measured) {
-        for (joint, state) in self.joints.iter_mut().enumerate() {
+        for (joint, state) in self.memory.joints.iter_mut().enumerate() {
             *state = RampState {
                 position: measured.positions[joint],
                 velocity: measured.velocities[joint],
@@ -228,17 +230,17 @@ impl Arm {
             generator,
             Generator::CartesianPose | Generator::CartesianVelocity
         ) {
-            self.tool = Tool::at(self.flange_at_joints() * self.end_effector());
+            self.memory.tool = Tool::at(self.flange_at_joints() * self.end_effector());
         }
     }
 
     fn flange_at_joints(&self) -> nalgebra::Isometry3<f64> {
-        let positions = Joints::from_fn(|joint, _| self.joints[joint].position);
+        let positions = Joints::from_fn(|joint, _| self.memory.joints[joint].position);
         self.kinematics.flange(&positions)
     }
 
     pub(super) fn restart_tool(&mut self) {
-        self.tool = Tool::at(self.flange_at_joints() * self.end_effector());
+        self.memory.tool = Tool::at(self.flange_at_joints() * self.end_effector());
     }
 
     /// Refuses setpoints with which two parts of the arm would touch.
@@ -291,42 +293,42 @@ impl Arm {
 
     fn stop(&mut self, motion: &Motion, broken: Broken, measured: &Measured) {
         if motion.by_torque() {
-            self.joints = measured.setpoint;
+            self.memory.joints = measured.setpoint;
         }
         self.end_move(MoveStatus::Reflex);
-        self.mode = Mode::Reflex;
-        self.errors = broken.error.flags();
-        self.reflex_reason = self.errors;
-        self.reflex = Some(Reflex {
+        self.memory.mode = Mode::Reflex;
+        self.memory.errors = broken.error.flags();
+        self.memory.reflex_reason = self.memory.errors;
+        self.memory.reflex = Some(Reflex {
             broken,
             cycle: motion.cycles,
-            late: self.late,
+            late: self.memory.late,
         });
     }
 
     /// Brakes within the limits, then holds.
     fn brake(&mut self) {
-        ramp::brake_all(&mut self.joints, &self.ramp_limits, CYCLE_S);
+        ramp::brake_all(&mut self.memory.joints, &self.ramp_limits, CYCLE_S);
         if !self.is_at_rest() {
             self.restart_tool();
         }
     }
 
     fn setpoint(&mut self, measured: &Measured) -> Setpoint {
-        let by_torque =
-            matches!(self.mode, Mode::Move(motion) if motion.is_running && motion.by_torque());
+        let by_torque = matches!(self.memory.mode, Mode::Move(motion) if motion.is_running && motion.by_torque());
         let mut efforts = [0.0; super::JOINTS];
         if by_torque {
             let carried = self
                 .dynamics
                 .gravity_efforts(&measured.positions, &self.gravity);
-            for (effort, (carried, torque)) in
-                efforts.iter_mut().zip(carried.iter().zip(&self.torques))
+            for (effort, (carried, torque)) in efforts
+                .iter_mut()
+                .zip(carried.iter().zip(&self.memory.torques))
             {
                 *effort = carried + torque;
             }
         } else {
-            let of = |value: fn(&RampState) -> f64| self.joints.map(|joint| value(&joint));
+            let of = |value: fn(&RampState) -> f64| self.memory.joints.map(|joint| value(&joint));
             let (positions, velocities) = (of(|j| j.position), of(|j| j.velocity));
             let accelerations = of(|j| j.acceleration);
             let fed = self.dynamics.inverse_dynamics(
@@ -340,6 +342,7 @@ impl Arm {
             }
         }
         for (external, (measured, effort)) in self
+            .memory
             .external
             .iter_mut()
             .zip(measured.torques.iter().zip(&efforts))
@@ -348,7 +351,7 @@ impl Arm {
             *external += 0.06 * (effort - measured - *external);
         }
         Setpoint {
-            joints: self.joints,
+            joints: self.memory.joints,
             efforts,
             by_torque,
         }

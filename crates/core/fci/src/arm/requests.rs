@@ -1,12 +1,14 @@
 //! Requests of the client.
 
+use serde::{Deserialize, Serialize};
+
 use super::{Arm, Mode, Motion};
 use crate::error::Errors;
 use crate::motion::Generator;
 use crate::request::{Framed, MoveRequest, MoveStatus, Reply, Request};
 
 /// A request that is executed when the arm is at rest.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) enum Waiting {
     Move(u32, MoveRequest),
     Recovery(u32),
@@ -26,7 +28,7 @@ impl Arm {
             Request::Move(wanted) => return self.ask_to_move(framed.id, wanted),
             Request::StopMove => return self.stop_move(framed.id),
             Request::AutomaticErrorRecovery => {
-                self.waiting = Some(Waiting::Recovery(framed.id));
+                self.memory.waiting = Some(Waiting::Recovery(framed.id));
                 return self.serve_waiting();
             }
             _ => self.set(&framed.request),
@@ -56,12 +58,12 @@ impl Arm {
             return INVALID_ARGUMENT;
         }
         match request {
-            Request::SetEeToK(matrix) => self.stiffness_frame = *matrix,
+            Request::SetEeToK(matrix) => self.memory.stiffness_frame = *matrix,
             Request::SetNeToEe(matrix) => {
                 let Ok(pose) = crate::follow::pose_of(matrix) else {
                     return INVALID_ARGUMENT;
                 };
-                self.nominal_to_end = pose;
+                self.memory.nominal_to_end = pose;
                 self.restart_tool();
             }
             Request::SetLoad {
@@ -72,7 +74,7 @@ impl Arm {
                 if !(0.0..=10.0).contains(mass) {
                     return INVALID_ARGUMENT;
                 }
-                self.load = (*mass, *center, *inertia);
+                self.memory.load = (*mass, *center, *inertia);
             }
             _ => {}
         }
@@ -86,10 +88,10 @@ impl Arm {
             2 => true,
             _ => false,
         });
-        let status = match self.mode {
+        let status = match self.memory.mode {
             _ if !is_known || wanted.is_async => MoveStatus::InvalidArgument,
-            Mode::Idle if self.waiting.is_none() => {
-                self.waiting = Some(Waiting::Move(id, wanted));
+            Mode::Idle if self.memory.waiting.is_none() => {
+                self.memory.waiting = Some(Waiting::Move(id, wanted));
                 return self.serve_waiting();
             }
             _ => MoveStatus::NotPossible,
@@ -103,13 +105,13 @@ impl Arm {
         if !self.is_at_rest() {
             return;
         }
-        match self.waiting.take() {
+        match self.memory.waiting.take() {
             Some(Waiting::Move(id, wanted)) => self.start(id, wanted),
             Some(Waiting::Recovery(id)) => {
                 // A motion has no error yet.
-                if matches!(self.mode, Mode::Reflex) {
-                    self.mode = Mode::Idle;
-                    self.errors = Errors::default();
+                if matches!(self.memory.mode, Mode::Reflex) {
+                    self.memory.mode = Mode::Idle;
+                    self.memory.errors = Errors::default();
                 }
                 self.reply(Reply {
                     command: RECOVERY,
@@ -125,7 +127,7 @@ impl Arm {
         let Some(generator) = Generator::of(wanted.generator) else {
             return;
         };
-        self.mode = Mode::Move(Motion {
+        self.memory.mode = Mode::Move(Motion {
             id,
             controller: u8::try_from(wanted.controller).unwrap_or(u8::MAX),
             generator,
@@ -134,13 +136,13 @@ impl Arm {
             cycles: 0,
             lost: 0,
         });
-        self.reflex_reason = Errors::default();
-        self.answered = 0;
-        self.answered_id = self.message_id;
-        self.answer = None;
-        self.start = None;
-        self.late = Default::default();
-        self.torques = Default::default();
+        self.memory.reflex_reason = Errors::default();
+        self.memory.answered = 0;
+        self.memory.answered_id = self.memory.message_id;
+        self.memory.answer = None;
+        self.memory.start = None;
+        self.memory.late = Default::default();
+        self.memory.torques = Default::default();
         self.restart_tool();
         self.reply_to_move(id, MoveStatus::Started);
     }
@@ -156,9 +158,9 @@ impl Arm {
 
     /// Ends the motion, if there is one, and replies to its request.
     pub(super) fn end_move(&mut self, status: MoveStatus) {
-        if let Mode::Move(motion) = self.mode {
-            self.mode = Mode::Idle;
-            self.torques = Default::default();
+        if let Mode::Move(motion) = self.memory.mode {
+            self.memory.mode = Mode::Idle;
+            self.memory.torques = Default::default();
             self.reply_to_move(motion.id, status);
         }
     }
@@ -174,8 +176,8 @@ impl Arm {
     /// The connection of the client has ended: so does its motion.
     pub fn disconnect(&mut self) {
         self.end_move(MoveStatus::Aborted);
-        self.waiting = None;
-        self.answer = None;
-        self.replies = Default::default();
+        self.memory.waiting = None;
+        self.memory.answer = None;
+        self.memory.replies = Default::default();
     }
 }

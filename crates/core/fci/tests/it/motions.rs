@@ -357,8 +357,7 @@ fn in_lockstep_each_command_is_used_once_and_in_order() {
     assert_eq!(bench.start(0, 1), 1);
     let first = bench.arm.message_id() + 1;
     // States are repeated while the client prepares; it answers the first of them.
-    bench.arm.repeat();
-    bench.arm.repeat();
+    bench.arm.repeat(2);
     let from = bench.measured.positions[6];
     let mut sum = 0.0;
     for cycle in 0..100 {

@@ -2,8 +2,8 @@
 
 use cell_model::cells::script;
 use ipc_types::{
-    ArmCommand, ArmStatus, Decision, Health, Keyframe, OperatorReply, OperatorRequest, Pose,
-    TraceLine, Validate, Wire, WorldPiece, WorldState,
+    ArmCommand, ArmStatus, ClientInput, Decision, Health, Keyframe, OperatorReply, OperatorRequest,
+    Pose, TraceLine, Validate, Wire, WorldPiece, WorldState,
 };
 use monitor_proc::page::command::{self, Names};
 
@@ -119,7 +119,7 @@ pub(crate) const MESSAGE: Target = Target {
         let Some((kind, bytes)) = bytes.split_first() else {
             return;
         };
-        match kind % 10 {
+        match kind % 11 {
             0 => judge::<WorldState>(bytes),
             1 => judge::<Decision>(bytes),
             2 => judge::<ArmCommand>(bytes),
@@ -129,6 +129,7 @@ pub(crate) const MESSAGE: Target = Target {
             6 => judge::<OperatorReply>(bytes),
             7 => judge::<WorldPiece>(bytes),
             8 => judge::<Keyframe>(bytes),
+            9 => judge::<ClientInput>(bytes),
             _ => judge::<TraceLine>(bytes),
         }
     },
@@ -148,7 +149,8 @@ pub(crate) const MESSAGE: Target = Target {
             kind(5, request.as_bytes()),
             kind(6, OperatorReply::zeroed().as_bytes()),
             kind(7, WorldPiece::zeroed().as_bytes()),
-            kind(9, TraceLine::zeroed().as_bytes()),
+            kind(9, ClientInput::zeroed().as_bytes()),
+            kind(10, TraceLine::zeroed().as_bytes()),
         ]
     },
 };

@@ -328,6 +328,7 @@ pub(crate) fn tick_of(message: &Message) -> u64 {
         Message::Command(_, command) => command.header().tick,
         Message::Status(_, status) => status.header().tick,
         Message::Decision(decision) => decision.header().tick,
+        Message::Client(_, input) => input.header.tick,
         Message::Keyframe(_, keyframe) => keyframe.header().tick,
     }
 }
