@@ -1,4 +1,4 @@
-"""A client of the Franka control interface: fci-client.py SCENARIO."""
+"""A client of the Franka control interface: fci-client.py SCENARIO [HOST]."""
 
 import math
 import sys
@@ -6,7 +6,7 @@ import time
 
 import pylibfranka as franka
 
-HOST = "127.0.0.1"
+HOST = sys.argv[2] if len(sys.argv) > 2 else "127.0.0.1"
 SECONDS = 10.0
 
 
@@ -88,6 +88,26 @@ def modes():
             assert abs(last.O_T_EE[12] - first.O_T_EE[12] - moved) < 1e-3, f"{name}: tool"
 
 
+def rate():
+    """Cycles per second of wall time, and the success rate, while joint 7 turns."""
+    robot = connect()
+    control = robot.start_joint_velocity_control(franka.ControllerMode.JointImpedance)
+    start, passed, cycles, success = time.perf_counter(), 0.0, 0, []
+    while passed < SECONDS:
+        state, period = control.readOnce()
+        passed += period.to_sec()
+        cycles += 1
+        success.append(state.control_command_success_rate)
+        speed = 0.2 / SECONDS * math.sin(math.pi * min(1.0, passed / SECONDS)) ** 2
+        command = franka.JointVelocities([0] * 6 + [speed])
+        command.motion_finished = passed >= SECONDS
+        control.writeOnce(command)
+    took = time.perf_counter() - start
+    # The rate counts the last hundred cycles.
+    mean = sum(success[100:]) / len(success[100:])
+    print(f"{cycles / took:.0f} cycles/s, success rate {mean:.3f}")
+
+
 def reflex(command_at, expected):
     robot = connect()
     control = robot.start_joint_velocity_control(franka.ControllerMode.JointImpedance)
@@ -130,4 +150,4 @@ def version():
 
 
 if __name__ == "__main__":
-    {"modes": modes, "step": step, "jump": jump, "version": version}[sys.argv[1]]()
+    {"modes": modes, "rate": rate, "step": step, "jump": jump, "version": version}[sys.argv[1]]()
