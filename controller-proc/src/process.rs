@@ -12,32 +12,19 @@
 //! - The thread of the planner starts before this thread gets real-time scheduling, which it
 //!   would inherit.
 
-use cell_bus::{Bus, BusError, Doorbell, Publisher, Subscriber};
+use cell_bus::{Bus, BusError};
 use cell_model::stop::{DECISION_AGE_FIFO_TICKS, DECISION_AGE_OTHER_TICKS};
-use cell_rt::periodic::{SPIN_FIFO_NS, SPIN_OTHER_NS};
 use cell_rt::priority::CONTROLLER_PRIORITY;
 use cell_rt::{Clock, Monotonic};
-use cell_worker::{
-    DELIVERY_NS, Gated, HealthReporter, Keyframes, LoopClass, RunError, Start, Turn, Wait, Woken,
-};
+use cell_worker::{ArmLoop, DELIVERY_NS, Ended, Gated, RunError, Start, Turn, Wait, Woken};
 use ipc_types::topic::{Process, TopicId};
-use ipc_types::world::FLAG_LOCKSTEP;
-use ipc_types::{
-    ArmCommand, ArmStatus, DECISION_TICKS, Decision, Header, TICK_NS, Wire, WorldState,
-};
+use ipc_types::{DECISION_TICKS, Decision};
 
 use crate::controllers::Controllers;
 use crate::cycle::Cycle;
 use crate::planning::Planner;
 use crate::planning::worker::PlanWorker;
 use crate::rmpflow_controller::RmpFlowError;
-
-/// How long lockstep polls before it sleeps (ns): longer than a step of physics.
-// Sleeping costs two switches of context in each tick.
-const SPIN_LOCKSTEP_NS: u64 = 300_000;
-/// Longest wait for a state in real time (ns); after it the turn ends without a cycle.
-// Five ticks: health is reported and late subscribers are served while physics is away.
-const PATIENCE_NS: u64 = 5_000_000;
 
 /// Why a controller cannot run.
 #[derive(Debug, thiserror::Error)]
@@ -105,62 +92,38 @@ pub fn model<C: Clock>(
 struct ControllerProcess<C> {
     cycle: Cycle,
     planner: PlanWorker,
-    state: Subscriber<WorldState>,
+    arm: ArmLoop<C>,
     decision: Gated<Decision>,
-    command: Publisher<ArmCommand>,
-    status: Publisher<ArmStatus>,
-    keyframes: Keyframes,
-    sent: ArmCommand,
-    report: ArmStatus,
-    physics_bell: Doorbell,
-    task_bell: Doorbell,
-    health: HealthReporter,
-    clock: C,
-    spin_ns: u64,
     decision_limit_ticks: u64,
     awaits: Await,
     /// Generation of physics and tick that were answered last.
     answered: Option<(u32, u64)>,
-    lockstep: bool,
-    class: LoopClass,
-    expected_ns: u64,
-    /// Start of the present cycle.
-    woke_ns: u64,
 }
 
 /// The message that has to arrive before the cycle continues.
 #[derive(Clone, Copy)]
 enum Await {
-    /// A state; since the end of the last turn.
-    State(Polling),
+    /// A state.
+    State,
     /// In lockstep the decision for this state, until this time.
     Decision((u32, u64), u64),
     /// In lockstep the answer of the planner for this state.
     Plan((u32, u64)),
 }
 
-/// A wait for a state.
-#[derive(Clone, Copy, Default)]
-struct Polling {
-    /// Time of the last look; `None` before the first.
-    until_ns: Option<u64>,
-    /// Whether lockstep has slept at its doorbell.
-    has_slept: bool,
-}
-
 impl<C: Clock> Turn for ControllerProcess<C> {
     /// The cycle: take the newest inputs, update ([`Cycle::update`]), publish. All of it is one
     /// turn, unless lockstep has to wait for an input.
     fn turn(&mut self, woken: Woken) -> Wait {
-        if let Await::State(polling) = self.awaits {
-            if !self.take_state() {
-                return self.poll_for_state(polling, woken.now_ns);
+        if let Await::State = self.awaits {
+            if !self.arm.take_state() {
+                let wait = self.arm.poll(woken.now_ns);
+                return wait.unwrap_or_else(|| self.finish(false));
             }
-            self.woke_ns = self.clock.now_ns();
-            let newest = self.state.current().map(|state| &state.header);
-            let newest = newest.map(|header| (header.generation, header.tick));
+            self.arm.begin();
             // The same state may be delivered twice; a second answer would move the setpoint
             // twice.
+            let newest = self.arm.newest();
             let Some(newest) = newest.filter(|newest| self.answered != Some(*newest)) else {
                 return self.finish(true);
             };
@@ -172,27 +135,28 @@ impl<C: Clock> Turn for ControllerProcess<C> {
             {
                 self.decision.clear();
             }
-            self.awaits = Await::Decision(newest, self.woke_ns + DELIVERY_NS);
+            self.awaits = Await::Decision(newest, self.arm.woke_ns() + DELIVERY_NS);
         }
         if let Await::Decision((generation, tick), until_ns) = self.awaits {
             // In lockstep that of the last tenth tick. The decision of this tick itself is kept
             // back: whether it has arrived depends on the scheduler.
             let wanted = tick.checked_sub(1).map(|t| t - t % DECISION_TICKS);
             // Before its first tick this start of physics was asked for none.
-            let first = self.state.current().map_or(0, |state| state.resumed_tick);
+            let first = self.arm.state().map_or(0, |state| state.resumed_tick);
             let wanted = wanted.filter(|wanted| *wanted >= first);
             let is_complete = self.decision.choose(generation, tick, wanted);
-            if self.lockstep && !is_complete && woken.now_ns <= until_ns {
+            if self.arm.is_lockstep() && !is_complete && woken.now_ns <= until_ns {
                 // The wait may be as long as the launcher waits for the first sign of life.
-                self.health.idle();
-                self.health.publish_if_due(tick, woken.now_ns);
+                self.arm.health.idle();
+                self.arm.health.publish_if_due(tick, woken.now_ns);
                 return Wait::Yield;
             }
             self.awaits = Await::Plan((generation, tick));
         }
         if let Await::Plan(answering) = self.awaits {
             // In real time a late answer is taken in the cycle after its arrival.
-            if !self.planner.deliver(&mut self.cycle, answering.1) && self.lockstep {
+            let is_delivered = self.planner.deliver(&mut self.cycle, answering.1);
+            if !is_delivered && self.arm.is_lockstep() {
                 return Wait::Yield;
             }
             self.answer(answering);
@@ -205,11 +169,10 @@ impl<C: Clock> ControllerProcess<C> {
     fn new(
         start: &Start,
         bus: &Bus,
-        (cycle, planner): (Cycle, PlanWorker),
+        (mut cycle, planner): (Cycle, PlanWorker),
         fifo: bool,
         clock: C,
     ) -> Result<Self, BusError> {
-        let arm = start.arm;
         // Without real-time scheduling the task is late more often; a hold at each delay would
         // stop the work.
         let limit = if fifo {
@@ -217,174 +180,65 @@ impl<C: Clock> ControllerProcess<C> {
         } else {
             DECISION_AGE_OTHER_TICKS
         };
-        let keyframe = TopicId::Keyframe(Process::Controller(arm));
-        let mut process = Self {
+        let mut arm = ArmLoop::new(start, bus, fifo, clock)?;
+        arm.keep_first(|bytes| cycle.save(limit, bytes).ok());
+        Ok(Self {
             cycle,
             planner,
-            state: bus.subscriber(TopicId::WorldState)?,
+            arm,
             decision: Gated::new(bus.subscriber(TopicId::Decision)?),
-            command: bus.publisher(TopicId::ArmCommand(arm))?,
-            status: bus.publisher(TopicId::ArmStatus(arm))?,
-            keyframes: Keyframes::new(bus.publisher(keyframe)?),
-            sent: ArmCommand::zeroed(),
-            report: ArmStatus::zeroed(),
-            physics_bell: bus.doorbell(Process::Physics)?,
-            task_bell: bus.doorbell(Process::Task)?,
-            health: HealthReporter::new(
-                start,
-                bus,
-                Process::Controller(arm),
-                fifo,
-                clock.now_ns(),
-            )?,
-            clock,
-            spin_ns: if fifo { SPIN_FIFO_NS } else { SPIN_OTHER_NS },
             decision_limit_ticks: limit,
-            awaits: Await::State(Polling::default()),
+            awaits: Await::State,
             answered: None,
-            lockstep: false,
-            class: LoopClass::new(start, CONTROLLER_PRIORITY, fifo),
-            expected_ns: 0,
-            woke_ns: 0,
-        };
-        // The state before the first command, so that a replay can start there.
-        process.publish_keyframe(&Header::zeroed());
-        Ok(process)
-    }
-
-    fn take_state(&mut self) -> bool {
-        let Some(state) = self.state.take() else {
-            return false;
-        };
-        // The mode is part of the state: it changes with the speed, at a known tick.
-        self.lockstep = state.has(FLAG_LOCKSTEP);
-        self.class.follow(self.lockstep);
-        self.health.set_lockstep(self.lockstep);
-        true
-    }
-
-    /// How to wait for a state that has not arrived. Ends the turn without a cycle if it stays
-    /// away.
-    fn poll_for_state(&mut self, mut polling: Polling, now_ns: u64) -> Wait {
-        let patience_ns = if self.lockstep {
-            SPIN_LOCKSTEP_NS
-        } else {
-            PATIENCE_NS
-        };
-        let until_ns = *polling.until_ns.get_or_insert(now_ns + patience_ns);
-        let wait = match self.lockstep {
-            true if now_ns < until_ns => Wait::Yield,
-            true if !polling.has_slept => {
-                polling.has_slept = true;
-                Wait::Bell
-            }
-            // Overdue: physics is late, starting, or not running. Polling would take its core.
-            false if now_ns <= until_ns && now_ns > self.expected_ns + self.spin_ns => {
-                Wait::Sleep(now_ns + self.spin_ns)
-            }
-            false if now_ns <= until_ns => Wait::Spin,
-            _ => {
-                self.woke_ns = now_ns;
-                return self.finish(false);
-            }
-        };
-        self.awaits = Await::State(polling);
-        wait
+        })
     }
 
     /// Updates the cycle with the inputs that were taken, and publishes.
     fn answer(&mut self, (generation, tick): (u32, u64)) {
-        let Some(state) = self.state.current() else {
+        let (cycle, arm, limit) = (&mut self.cycle, &mut self.arm, self.decision_limit_ticks);
+        let decision = self.decision.get(generation);
+        let (state, command, report) = arm.cycle();
+        let Some(state) = state else {
             return;
         };
-        let decision = self.decision.get(generation);
-        let (command, report) = (&mut self.sent, &mut self.report);
-        self.cycle
-            .update(state, decision, self.decision_limit_ticks, command, report);
+        cycle.update(state, decision, limit, command, report);
         // After the update, which made the request: the planner has all of the interval for
         // it.
-        self.planner.hand_over(&self.cycle);
-        // Status before command: a process that has the command may rely on the status.
-        let _sent = self.status.publish(|message| *message = *report).is_ok();
-        let sent = self.command.publish(|message| *message = *command).is_ok();
+        self.planner.hand_over(cycle);
+        let is_sent = arm.publish();
         self.answered = Some((generation, tick));
-        if self.lockstep {
-            self.physics_bell.ring();
-            self.task_bell.ring();
-        }
         // A command that was not sent has no sequence number for the checkpoint to follow.
-        if sent && self.keyframes.is_due(tick, false) {
-            let of_command = self.sent.header;
-            self.publish_keyframe(&of_command);
+        if is_sent {
+            arm.keep_if_due(tick, |bytes| cycle.save(limit, bytes).ok());
         }
     }
 
-    /// Ends a turn, which had a cycle if `has_state`, and starts the wait for the next state.
-    fn finish(&mut self, has_state: bool) -> Wait {
-        // Before the first state nothing is expected, so nothing is late. In lockstep the time
-        // of a state depends on all processes, so lateness means nothing.
-        let late_ns = if self.lockstep || self.expected_ns == 0 {
-            0
-        } else {
-            self.woke_ns.saturating_sub(self.expected_ns)
-        };
-        self.expected_ns = self.woke_ns + TICK_NS;
-        let tick = self.answered.map_or(0, |(_, tick)| tick);
-        let now_ns = self.clock.now_ns();
-        if has_state {
-            let values = self.boxed_values();
-            self.health
-                .cycle(tick, self.woke_ns, late_ns, values, now_ns);
-        } else {
-            self.health.idle();
-            // A subscriber that joined late gets the newest message only by this call.
-            self.command.update_connections();
-            self.status.update_connections();
-        }
+    /// Ends a turn, which had a cycle if `has_cycle`, and starts the wait for the next state.
+    fn finish(&mut self, has_cycle: bool) -> Wait {
         let counts = self.decision.counts();
-        let states = self.state.counts();
-        let missed = self.report.missed_cycles;
-        self.health.totals(
-            missed,
-            counts.rejected + states.rejected,
-            counts.fenced + states.fenced,
-        );
-        self.health
-            .refused("decision", self.decision.take_invalid(), now_ns);
-        self.health
-            .refused("state", self.state.take_invalid(), now_ns);
-        self.health.publish_if_due(tick, now_ns);
-        self.awaits = Await::State(Polling::default());
-        if self.lockstep {
-            return Wait::Spin;
-        }
-        // Sleeping is not exact enough for the start of a cycle; polling all the time takes a
-        // core. So it sleeps until shortly before the next state is due, then polls.
-        Wait::Sleep(self.expected_ns.saturating_sub(self.spin_ns))
+        let invalid = self.decision.take_invalid();
+        self.arm.refused("decision", invalid);
+        self.awaits = Await::State;
+        let ended = Ended {
+            has_cycle,
+            tick: self.answered.map_or(0, |(_, tick)| tick),
+            values: self.boxed_values(),
+            missed: self.arm.report.missed_cycles,
+            refused: (counts.rejected, counts.fenced),
+        };
+        self.arm.finish(&ended)
     }
 
     /// Values of a cycle that the black box keeps for an incident.
     fn boxed_values(&self) -> [f64; 4] {
-        let speeds = self.sent.joint_velocities;
+        let (speeds, report) = (self.arm.sent.joint_velocities, &self.arm.report);
         [
-            f64::from(self.report.stop_action),
-            self.report.decision_age_ticks as f64,
+            f64::from(report.stop_action),
+            report.decision_age_ticks as f64,
             speeds
                 .iter()
                 .fold(0.0, |top: f64, speed| top.max(speed.abs())),
-            self.report.position_error,
+            report.position_error,
         ]
-    }
-
-    /// Publishes a checkpoint for replay, as of the newest command, whose header is
-    /// `of_command`.
-    fn publish_keyframe(&mut self, of_command: &Header) {
-        let (cycle, limit) = (&mut self.cycle, self.decision_limit_ticks);
-        let save = |bytes: &mut [u8]| cycle.save(limit, bytes).ok();
-        let after_seq = self.command.seq();
-        if !self.keyframes.send_whole(of_command, after_seq, save) {
-            self.health
-                .note("the controller's checkpoint could not be kept: no replay verifies this run");
-        }
     }
 }

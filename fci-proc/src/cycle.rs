@@ -69,8 +69,33 @@ struct Memory {
     is_connected: bool,
     ended: u32,
     motions: u32,
-    reflexes: u32,
-    reflex: Option<Error>,
+    failures: u32,
+    /// Of the last motion that failed.
+    failure: Option<Failure>,
+    /// The drives ended a motion, which was not reported yet.
+    #[serde(skip)]
+    was_held: bool,
+}
+
+/// Why a motion did not end as its client wanted.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+enum Failure {
+    /// A rule of the robot.
+    Reflex(Error),
+    /// The drives did not follow commands.
+    Held,
+    /// The connection of its client ended.
+    ClientEnded,
+}
+
+impl Failure {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Reflex(error) => error.name(),
+            Self::Held => "drives_held",
+            Self::ClientEnded => "client_ended_in_motion",
+        }
+    }
 }
 
 impl Cycle {
@@ -152,6 +177,9 @@ impl Cycle {
                 }
             }
             Some(ClientEvent::Ended) => {
+                if self.robot.is_moving() {
+                    self.fail(Failure::ClientEnded);
+                }
                 self.robot.disconnect();
                 self.memory.is_connected = false;
                 self.memory.ended = self.memory.ended.wrapping_add(1);
@@ -187,6 +215,10 @@ impl Cycle {
         let is_new = self.count(state);
         let measured = messages::measured(arm, is_new);
         let fingers = messages::fingers(arm);
+        if measured.is_held && self.robot.is_moving() {
+            self.fail(Failure::Held);
+            self.memory.was_held = true;
+        }
         let setpoint = self.robot.advance(&measured);
         let (width, force) = self.gripper.as_mut().map_or((0.0, 0.0), |gripper| {
             if is_new {
@@ -237,10 +269,8 @@ impl Cycle {
                 connected: u32::from(memory.is_connected),
                 ended: memory.ended,
                 motions: memory.motions,
-                reflexes: memory.reflexes,
-                reflex: memory
-                    .reflex
-                    .map_or(Text::new(""), |error| Text::new(error.name())),
+                failures: memory.failures,
+                failure: Text::new(memory.failure.map_or("", Failure::name)),
             },
         }
     }
@@ -261,15 +291,25 @@ impl Cycle {
     /// The reflex of the last cycle, once.
     pub fn take_reflex(&mut self) -> Option<Reflex> {
         let reflex = self.robot.take_reflex()?;
-        self.memory.reflexes = self.memory.reflexes.wrapping_add(1);
-        self.memory.reflex = Some(reflex.broken.error);
+        self.fail(Failure::Reflex(reflex.broken.error));
         Some(reflex)
+    }
+
+    /// Whether the drives ended a motion in the last cycle, once.
+    pub fn take_held(&mut self) -> bool {
+        std::mem::take(&mut self.memory.was_held)
+    }
+
+    fn fail(&mut self, failure: Failure) {
+        self.memory.failures = self.memory.failures.wrapping_add(1);
+        self.memory.failure = Some(failure);
     }
 
     /// Takes replies and reflex without a client.
     pub fn discard_replies(&mut self) {
         while self.take_reply().is_some() || self.take_hand_reply().is_some() {}
         let _reflex = self.take_reflex();
+        self.memory.was_held = false;
     }
 
     /// Writes a checkpoint; its length. Allocates nothing.

@@ -10,16 +10,14 @@
 
 use std::net::{IpAddr, Ipv4Addr};
 
-use cell_bus::{Bus, BusError, Doorbell, Publisher, Subscriber};
+use cell_bus::{Bus, BusError};
 use cell_model::runs::spec::Fci;
-use cell_rt::periodic::{SPIN_FIFO_NS, SPIN_OTHER_NS};
 use cell_rt::priority::CONTROLLER_PRIORITY;
 use cell_rt::{Clock, Monotonic};
-use cell_worker::{HealthReporter, Keyframes, LoopClass, Start, Turn, Wait, Woken};
+use cell_worker::{ArmLoop, Ended, Start, Turn, Wait, Woken};
 use fci::STATE_BYTES;
+use ipc_types::TICK_NS;
 use ipc_types::topic::{Process, TopicId};
-use ipc_types::world::FLAG_LOCKSTEP;
-use ipc_types::{ArmCommand, ArmStatus, Header, TICK_NS, Wire, WorldState};
 
 use crate::cycle::Cycle;
 use crate::error::ProcessError;
@@ -31,10 +29,8 @@ mod inputs;
 
 use inputs::Inputs;
 
-/// Longest wait for a state in real time (ns); after it the turn ends without a cycle.
-const PATIENCE_NS: u64 = 5_000_000;
-/// How long lockstep polls for an answer before it sleeps in between (ns).
-const SPIN_LOCKSTEP_NS: u64 = 300_000;
+/// Reported where the drives end a motion.
+const HELD: &str = "the motion of the client ended: the drives hold the arm, as after late commands or a restart of physics";
 
 /// Runs the interface until it is asked to stop.
 ///
@@ -70,39 +66,26 @@ struct FciProcess<C> {
     /// The interface itself, without ports and sockets.
     cycle: Cycle,
     inputs: Inputs,
-    keyframes: Keyframes,
     net: Net,
-    arm: u8,
+    arm: ArmLoop<C>,
+    /// Number of the arm.
+    number: u8,
     /// Another arm of the cell works, so time passes without a client.
     has_other_arms: bool,
-    state: Subscriber<WorldState>,
-    command: Publisher<ArmCommand>,
-    status: Publisher<ArmStatus>,
-    sent: ArmCommand,
-    report: ArmStatus,
     datagram: [u8; STATE_BYTES],
-    physics_bell: Doorbell,
-    task_bell: Doorbell,
-    health: HealthReporter,
-    clock: C,
-    spin_ns: u64,
     awaits: Await,
     hand_messages: u32,
     /// In lockstep: ticks for which time passes without a client.
     free_ticks: u32,
-    lockstep: bool,
     /// An answer that takes longer than a tick of wall time is lost in lockstep, too.
     strict: bool,
-    class: LoopClass,
-    expected_ns: u64,
-    woke_ns: u64,
 }
 
 /// What the cycle waits for.
 #[derive(Clone, Copy)]
 enum Await {
-    /// A state, until this time.
-    State(Option<u64>),
+    /// A state.
+    State,
     /// In lockstep the client: since, and the time to repeat the state.
     Client { since_ns: u64, repeat_ns: u64 },
 }
@@ -111,19 +94,20 @@ impl<C: Clock> Turn for FciProcess<C> {
     /// The cycle: take the newest state and what the client sent, update, publish, and send the
     /// state to the client.
     fn turn(&mut self, woken: Woken) -> Wait {
-        if let Await::State(until_ns) = self.awaits {
-            if !self.take_state() {
-                return self.poll_for_state(until_ns, woken.now_ns);
+        if let Await::State = self.awaits {
+            if !self.arm.take_state() {
+                let wait = self.arm.poll(woken.now_ns);
+                return wait.unwrap_or_else(|| self.without_state());
             }
-            self.woke_ns = self.clock.now_ns();
-            let newest = self.state.current().map(|state| &state.header);
-            let newest = newest.map(|header| (header.generation, header.tick));
+            self.arm.begin();
+            let newest = self.arm.newest();
             if newest.is_none_or(|newest| self.cycle.answered() == Some(newest)) {
                 return self.finish(false);
             }
+            let since_ns = self.arm.woke_ns();
             self.awaits = Await::Client {
-                since_ns: self.woke_ns,
-                repeat_ns: self.woke_ns + TICK_NS,
+                since_ns,
+                repeat_ns: since_ns + TICK_NS,
             };
         }
         self.listen();
@@ -131,7 +115,7 @@ impl<C: Clock> Turn for FciProcess<C> {
             since_ns,
             repeat_ns,
         } = self.awaits
-            && self.lockstep
+            && self.arm.is_lockstep()
             && let Some(wait) = self.wait_for_client((since_ns, repeat_ns), woken.now_ns)
         {
             return wait;
@@ -149,86 +133,42 @@ impl<C: Clock> FciProcess<C> {
         fifo: bool,
         clock: C,
     ) -> Result<Self, BusError> {
-        let arm = start.arm;
-        let process = Process::Controller(arm);
+        let number = start.arm;
         let others = start.spec.fci.iter().filter(|fci| fci.is_none()).count();
-        let mut process = Self {
+        let mut arm = ArmLoop::new(start, bus, fifo, clock)?;
+        arm.keep_first(|bytes| cycle.save(bytes).ok());
+        Ok(Self {
             cycle,
-            inputs: Inputs::new(arm, bus.publisher(TopicId::ClientTap(arm))?),
-            keyframes: Keyframes::new(bus.publisher(TopicId::Keyframe(process))?),
+            inputs: Inputs::new(number, bus.publisher(TopicId::ClientTap(number))?),
             net,
             arm,
+            number,
             has_other_arms: others > 0,
-            state: bus.subscriber(TopicId::WorldState)?,
-            command: bus.publisher(TopicId::ArmCommand(arm))?,
-            status: bus.publisher(TopicId::ArmStatus(arm))?,
-            sent: ArmCommand::zeroed(),
-            report: ArmStatus::zeroed(),
             datagram: [0; STATE_BYTES],
-            physics_bell: bus.doorbell(Process::Physics)?,
-            task_bell: bus.doorbell(Process::Task)?,
-            health: HealthReporter::new(start, bus, process, fifo, clock.now_ns())?,
-            clock,
-            spin_ns: if fifo { SPIN_FIFO_NS } else { SPIN_OTHER_NS },
-            awaits: Await::State(None),
+            awaits: Await::State,
             hand_messages: 0,
             free_ticks: 0,
-            lockstep: false,
             strict: interface(start).is_some_and(|fci| fci.strict),
-            class: LoopClass::new(start, CONTROLLER_PRIORITY, fifo),
-            expected_ns: 0,
-            woke_ns: 0,
-        };
-        // The state before the first command, so that a replay can start there.
-        process.publish_keyframe(&Header::zeroed());
-        Ok(process)
+        })
     }
 
-    fn take_state(&mut self) -> bool {
-        let Some(state) = self.state.take() else {
-            return false;
-        };
-        self.lockstep = state.has(FLAG_LOCKSTEP);
-        self.class.follow(self.lockstep);
-        self.health.set_lockstep(self.lockstep);
-        true
-    }
-
-    /// How to wait for a state that has not arrived. Ends the turn without a cycle if it stays
-    /// away.
-    fn poll_for_state(&mut self, until_ns: Option<u64>, now_ns: u64) -> Wait {
-        let until_ns = until_ns.unwrap_or(now_ns + PATIENCE_NS);
-        if now_ns > until_ns {
-            self.woke_ns = now_ns;
-            self.listen();
-            // Physics is paused or away: a client that only reads sees that the robot is there. One
-            // that moves would send the commands of its motion in vain.
-            if !self.cycle.robot().is_moving() {
-                self.repeat_state();
-            }
-            return self.finish(false);
+    /// Ends a turn without a state: physics is paused or away. A client that only reads sees that
+    /// the robot is there; one that moves would send the commands of its motion in vain.
+    fn without_state(&mut self) -> Wait {
+        self.listen();
+        if !self.cycle.robot().is_moving() {
+            self.repeat_state();
         }
-        self.awaits = Await::State(Some(until_ns));
-        if self.lockstep && now_ns + PATIENCE_NS > until_ns + SPIN_LOCKSTEP_NS {
-            return Wait::Bell;
-        }
-        if self.lockstep {
-            return Wait::Yield;
-        }
-        // Overdue: polling would take the core of physics.
-        if now_ns > self.expected_ns + self.spin_ns {
-            return Wait::Sleep(now_ns + self.spin_ns);
-        }
-        Wait::Spin
+        self.finish(false)
     }
 
     /// One cycle of the robot, for the state that was taken.
     fn answer(&mut self) {
-        self.inputs.settle(&mut self.cycle, &self.state);
-        let Some(state) = self.state.current() else {
+        self.inputs.settle(&mut self.cycle, self.arm.state());
+        let (Some(state), command, report) = self.arm.cycle() else {
             return;
         };
-        if !self.cycle.update(state, &mut self.sent, &mut self.report) {
+        if !self.cycle.update(state, command, report) {
             return;
         }
         let tick = state.header.tick;
@@ -236,75 +176,34 @@ impl<C: Clock> FciProcess<C> {
         if self.cycle.robot().is_at_rest() {
             self.free_ticks = self.free_ticks.saturating_sub(1);
         }
-        let is_sent = self.publish();
+        let is_sent = self.arm.publish();
         self.send();
         self.reply();
         if let Some(reflex) = self.cycle.take_reflex() {
-            self.health.incident(&messages::reflex(&reflex));
+            self.arm.health.incident(&messages::reflex(&reflex));
+        }
+        if self.cycle.take_held() {
+            self.arm.health.incident(HELD);
         }
         // A command that was not sent has no number for the checkpoint to follow.
-        if is_sent && self.keyframes.is_due(tick, false) {
-            let of_command = self.sent.header;
-            self.publish_keyframe(&of_command);
-        }
-    }
-
-    /// Publishes command and status; whether the command was sent.
-    fn publish(&mut self) -> bool {
-        let (command, report) = (&self.sent, &self.report);
-        // Status before command: a process that has the command may rely on the status.
-        let _sent = self.status.publish(|message| *message = *report).is_ok();
-        let is_sent = self.command.publish(|message| *message = *command).is_ok();
-        if self.lockstep {
-            self.physics_bell.ring();
-            self.task_bell.ring();
-        }
-        is_sent
-    }
-
-    /// Publishes a checkpoint for replay, as of the newest command, whose header is
-    /// `of_command`.
-    fn publish_keyframe(&mut self, of_command: &Header) {
-        let cycle = &self.cycle;
-        let after_seq = self.command.seq();
-        let save = |bytes: &mut [u8]| cycle.save(bytes).ok();
-        if !self.keyframes.send_whole(of_command, after_seq, save) {
-            self.health.note(
-                "the checkpoint of the interface could not be kept: no replay verifies this run",
-            );
+        if is_sent {
+            let cycle = &self.cycle;
+            self.arm.keep_if_due(tick, |bytes| cycle.save(bytes).ok());
         }
     }
 
     /// Ends a turn, which had a cycle if `has_cycle`, and starts the wait for the next state.
     fn finish(&mut self, has_cycle: bool) -> Wait {
-        let late_ns = if self.lockstep || self.expected_ns == 0 {
-            0
-        } else {
-            self.woke_ns.saturating_sub(self.expected_ns)
-        };
-        self.expected_ns = self.woke_ns + TICK_NS;
-        let tick = self.cycle.answered().map_or(0, |(_, tick)| tick);
-        let now_ns = self.clock.now_ns();
-        if has_cycle {
-            self.health
-                .cycle(tick, self.woke_ns, late_ns, [0.0; 4], now_ns);
-        } else {
-            self.health.idle();
-            // A subscriber that joined late gets the newest message only by this call.
-            self.command.update_connections();
-            self.status.update_connections();
+        if !has_cycle {
             self.inputs.update_connections();
         }
-        let states = self.state.counts();
-        self.health
-            .totals(self.cycle.missed_cycles(), states.rejected, states.fenced);
-        self.health
-            .refused("state", self.state.take_invalid(), now_ns);
-        self.health.publish_if_due(tick, now_ns);
-        self.awaits = Await::State(None);
-        if self.lockstep {
-            return Wait::Spin;
-        }
-        Wait::Sleep(self.expected_ns.saturating_sub(self.spin_ns))
+        self.awaits = Await::State;
+        self.arm.finish(&Ended {
+            has_cycle,
+            tick: self.cycle.answered().map_or(0, |(_, tick)| tick),
+            values: [0.0; 4],
+            missed: self.cycle.missed_cycles(),
+            refused: (0, 0),
+        })
     }
 }

@@ -145,8 +145,8 @@ wire! {
     }
 }
 
-/// Longest name of a reflex in [`ClientState`], with the byte that ends it.
-pub const REFLEX_BYTES: usize = 64;
+/// Longest name of a failure in [`ClientState`], with the byte that ends it.
+pub const FAILURE_BYTES: usize = 64;
 
 wire! {
     /// The client program that commands an arm over the network. Counts are since the start of the
@@ -158,10 +158,11 @@ wire! {
         pub ended: u32,
         /// Motions that ended as their client wanted.
         pub motions: u32,
-        /// Motions that a rule of the robot ended.
-        pub reflexes: u32,
-        /// Name of the last of those rules; empty where there was none.
-        pub reflex: Text<REFLEX_BYTES>,
+        /// Motions that ended in another way: by a rule of the robot, because the drives held, or
+        /// with their client.
+        pub failures: u32,
+        /// Name of the last rule or cause; empty where there was none.
+        pub failure: Text<FAILURE_BYTES>,
     }
 }
 
@@ -308,7 +309,7 @@ impl Validate for ArmStatus {
         self.setpoint.check()?;
         self.target.check()?;
         self.gripper.check()?;
-        self.client.reflex.check("client.reflex")?;
+        self.client.failure.check("client.failure")?;
         self.controller.check("controller")
     }
 }

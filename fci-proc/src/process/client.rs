@@ -6,12 +6,14 @@ use fci::{GRIPPER_STATE_BYTES, Gripper};
 use ipc_types::client::ClientEvent;
 use ipc_types::{ArmState, TICK_NS};
 
-use super::{Await, FciProcess, SPIN_LOCKSTEP_NS};
+use super::{Await, FciProcess};
 use crate::messages;
 use crate::net::Event;
 
 /// How long lockstep waits for an answer of a client that moves the arm (ns).
 const SILENCE_NS: u64 = 1_000_000_000;
+/// How long lockstep polls for an answer before it sleeps in between (ns).
+const SPIN_NS: u64 = 300_000;
 /// Sleep between two looks for an answer (ns).
 const NAP_NS: u64 = 50_000;
 /// Ticks between two states of the hand.
@@ -31,7 +33,7 @@ impl<C: Clock> FciProcess<C> {
             self.take(&event);
         }
         // In lockstep one for each cycle; the next one waits in the socket.
-        while !(self.lockstep && self.cycle.robot().is_answered())
+        while !(self.arm.is_lockstep() && self.cycle.robot().is_answered())
             && let Some(command) = self.net.command()
         {
             self.input(ClientEvent::Command, &command);
@@ -51,8 +53,9 @@ impl<C: Clock> FciProcess<C> {
 
     /// Gives the cycle an input, and the client the replies to it.
     fn input(&mut self, event: ClientEvent, bytes: &[u8]) {
-        let of = (event, self.lockstep && !self.strict);
-        self.inputs.take(&mut self.cycle, &self.state, of, bytes);
+        let of = (event, self.arm.is_lockstep() && !self.strict);
+        self.inputs
+            .take(&mut self.cycle, self.arm.state(), of, bytes);
         self.reply();
     }
 
@@ -78,10 +81,10 @@ impl<C: Clock> FciProcess<C> {
         let is_running = arm.is_running();
         if !is_running {
             // Physics sends the state of its tick again when the scene is reset meanwhile.
-            self.take_state();
+            self.arm.take_state();
         }
         let is_busy = self.cycle.gripper().is_some_and(Gripper::is_busy);
-        let state = self.state.current();
+        let state = self.arm.state();
         let is_new = state.is_some_and(|state| self.cycle.is_new_scene(state));
         let passes = self.has_other_arms || self.free_ticks > 0 || is_new || !self.is_started();
         if !is_running && (passes || !self.cycle.robot().is_at_rest() || is_busy) {
@@ -89,8 +92,8 @@ impl<C: Clock> FciProcess<C> {
         }
         // Before the first cycle physics knows no setpoint of this controller.
         let (_, tick) = self.cycle.answered()?;
-        self.health.idle();
-        self.health.publish_if_due(tick, now_ns);
+        self.arm.health.idle();
+        self.arm.health.publish_if_due(tick, now_ns);
         if is_running {
             self.wait_for_answer(since_ns, now_ns)
         } else {
@@ -114,11 +117,12 @@ impl<C: Clock> FciProcess<C> {
         if now_ns > since_ns + SILENCE_NS {
             self.net.drop_client();
             self.client_ended();
-            self.health
+            self.arm
+                .health
                 .note("the client did not answer for 1 s: its motion has ended");
             return None;
         }
-        Some(if now_ns < since_ns + SPIN_LOCKSTEP_NS {
+        Some(if now_ns < since_ns + SPIN_NS {
             Wait::Yield
         } else {
             Wait::Sleep(now_ns + NAP_NS)
@@ -161,8 +165,8 @@ impl<C: Clock> FciProcess<C> {
 
     /// This arm in the newest state.
     fn present(&self) -> Option<ArmState> {
-        let arms = self.state.current()?.arms();
-        arms.get(usize::from(self.arm)).copied()
+        let arms = self.arm.state()?.arms();
+        arms.get(usize::from(self.number)).copied()
     }
 
     /// Sends the newest state.

@@ -1,6 +1,6 @@
 //! Inputs of the client on their way into the cycle, each with its copy for the recorder.
 
-use cell_bus::{Publisher, Subscriber};
+use cell_bus::Publisher;
 use fci::REQUEST_BYTES;
 use ipc_types::client::{CLIENT_BYTES, ClientEvent};
 use ipc_types::{ClientInput, Wire, WorldState};
@@ -35,11 +35,11 @@ impl Inputs {
     pub(super) fn take(
         &mut self,
         cycle: &mut Cycle,
-        state: &Subscriber<WorldState>,
+        state: Option<&WorldState>,
         (event, is_awaited): (ClientEvent, bool),
         bytes: &[u8],
     ) {
-        let (input, state) = (&mut self.input, state.current());
+        let input = &mut self.input;
         if let Some(state) = state {
             input.header = messages::caused_by::<ClientInput>((state, None));
         }
@@ -63,7 +63,7 @@ impl Inputs {
     }
 
     /// Before a cycle: records the repeats since the last input.
-    pub(super) fn settle(&mut self, cycle: &mut Cycle, state: &Subscriber<WorldState>) {
+    pub(super) fn settle(&mut self, cycle: &mut Cycle, state: Option<&WorldState>) {
         if self.repeats > 0 {
             self.take(cycle, state, (ClientEvent::None, false), &[]);
         }

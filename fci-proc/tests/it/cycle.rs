@@ -3,6 +3,7 @@
 use cell_model::{Cell, Data};
 use cell_rt::alloc::count;
 use fci_proc::cycle::{CheckpointError, Cycle};
+use ipc_types::arm::StopAction;
 use ipc_types::client::ClientEvent;
 use ipc_types::tap::KEYFRAME_BYTES;
 use ipc_types::{ArmCommand, ArmStatus, ClientInput, Wire, WorldState};
@@ -101,7 +102,30 @@ fn an_interface_continues_from_its_checkpoint_in_the_middle_of_a_motion() {
         assert_eq!(status.as_bytes(), status_again.as_bytes(), "tick {tick}");
     }
     // The client did not answer any more.
-    assert_eq!(update(&mut one, 60).1.client.reflexes, 1);
+    assert_eq!(update(&mut one, 60).1.client.failures, 1);
+}
+
+#[test]
+fn a_motion_that_its_client_did_not_end_is_a_failure_with_a_name() {
+    let ended = |cycle: &mut Cycle| update(cycle, 21).1.client;
+    let mut one = moving();
+    one.take(&input(50, ClientEvent::Ended, &[]), None);
+    let client = ended(&mut one);
+    assert_eq!((client.failures, client.ended), (1, 1));
+    assert_eq!(client.failure.as_str(), "client_ended_in_motion");
+    // At rest it may end.
+    one.take(&input(51, ClientEvent::Connected, &[]), None);
+    one.take(&input(52, ClientEvent::Ended, &[]), None);
+    let client = ended(&mut one);
+    assert_eq!((client.failures, client.ended), (1, 2));
+
+    let mut held = moving();
+    let mut state = state(20);
+    state.arms[0].stop_action = StopAction::Hold.code();
+    let (mut command, mut status) = (ArmCommand::zeroed(), ArmStatus::zeroed());
+    assert!(held.update(&state, &mut command, &mut status));
+    assert!(held.take_held() && !held.take_held() && !held.robot().is_moving());
+    assert_eq!(status.client.failure.as_str(), "drives_held");
 }
 
 #[test]

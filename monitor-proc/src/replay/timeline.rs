@@ -53,8 +53,14 @@ pub(super) fn marks(recording: &mut Recording, record: &PageRecord) -> Vec<Value
         .unwrap_or_default();
     let mut marks: Vec<Value> = of_task.iter().map(log_line).collect();
     marks.extend(record.lines.iter().cloned());
-    // The page marks a pause by its text.
-    marks.retain(|line| !line["mark"].is_null() || line["text"] == "operator: pause");
+    // The page marks these by their texts.
+    let by_text = ["operator: pause", "[task] reset"];
+    let is_marked = |line: &Value| {
+        line["text"]
+            .as_str()
+            .is_some_and(|text| by_text.contains(&text))
+    };
+    marks.retain(|line| !line["mark"].is_null() || is_marked(line));
     marks.sort_by(|a, b| line_time_s(a).total_cmp(&line_time_s(b)));
     marks.drain(..marks.len().saturating_sub(SHOWN_MARKS));
     marks

@@ -84,8 +84,14 @@ impl TraceModel {
                 self.letter(graph, node, letter, text);
             }
             Some(TraceKind::Statuses) => {
-                for (offset, letter) in text.bytes().enumerate() {
-                    self.letter(graph, node.saturating_add(offset), page_letter(letter), "");
+                // What is left before what is entered, whichever of both has the lower number.
+                for leaves in [true, false] {
+                    for (offset, letter) in text.bytes().enumerate() {
+                        let (node, letter) = (node.saturating_add(offset), page_letter(letter));
+                        if self.is_left(graph, node, letter) == leaves {
+                            self.letter(graph, node, letter, "");
+                        }
+                    }
                 }
             }
             Some(TraceKind::Guard) => {
@@ -159,6 +165,13 @@ impl TraceModel {
             pictures: self.pictures.clone(),
             ..Self::default()
         }
+    }
+
+    /// Whether with `letter` a running node ends.
+    fn is_left(&self, graph: usize, node: usize, letter: u8) -> bool {
+        let picture = self.pictures.get(graph);
+        let known = picture.and_then(|picture| picture.letters.get(node));
+        known == Some(&b'R') && letter != b'R'
     }
 
     fn letter(&mut self, graph: usize, node: usize, letter: u8, reason: &str) {

@@ -55,12 +55,29 @@ impl Picture {
         let known = known.or_else(|| fired.next());
         // A picture of code has no triggers.
         let has_triggers = !reason.is_empty() && self.kind() != "code";
+        let passing = rows
+            .clone()
+            .next()
+            .is_none()
+            .then(|| self.passing(from, to));
         let known = known.or_else(|| rows.next().filter(|_| !has_triggers));
+        let known = known.or(passing.flatten());
         known.cloned().unwrap_or_else(|| GraphEdge {
             from,
             to,
             label: reason.to_owned(),
         })
+    }
+
+    /// The edge into `to` from a state that was passed within one decision, where only one fits.
+    fn passing(&self, from: usize, to: usize) -> Option<&GraphEdge> {
+        let follows = |edge: &GraphEdge| {
+            let mut edges = self.edges.iter();
+            edges.any(|first| first.from == from && first.to == edge.from)
+        };
+        let mut ways = self.edges.iter().filter(|e| e.to == to && follows(e));
+        let way = ways.next()?;
+        ways.next().is_none().then_some(way)
     }
 
     /// Whether all guards of a label, `trigger [one, not other]`, held at their last

@@ -10,10 +10,15 @@ fn line(kind: TraceKind, node: u32, from: u32, to: u32, text: &str) -> TraceLine
 }
 
 fn machine() -> TraceModel {
+    machine_of(&["open", "shut"])
+}
+
+fn machine_of(names: &[&str]) -> TraceModel {
     let mut trace = TraceModel::default();
-    for (node, name) in [(0, "open"), (1, "shut")] {
+    for (node, name) in (0..).zip(names) {
         let text = format!("door\u{1f}{name}\u{1f}state\u{1f}{name}\u{1f}");
-        trace.take(&line(TraceKind::Node, node, 0, 2, &text));
+        let count = u32::try_from(names.len()).unwrap();
+        trace.take(&line(TraceKind::Node, node, 0, count, &text));
     }
     trace.take(&line(TraceKind::Edge, 0, 0, 1, "push"));
     trace
@@ -52,6 +57,33 @@ fn the_way_into_the_last_state_is_shown() {
         let edge = trace.take_changes().into_iter().find(|m| m["t"] == "edge");
         assert_eq!(edge.expect("an edge")["to"], 1, "status {ended}");
     }
+}
+
+#[test]
+fn the_way_back_to_a_state_of_lower_number_is_shown() {
+    let mut trace = machine();
+    trace.take(&line(TraceKind::Edge, 0, 1, 0, "back"));
+    trace.take(&line(TraceKind::Statuses, 0, 0, 0, "-R"));
+    trace.take_changes();
+    trace.take(&line(TraceKind::Statuses, 0, 0, 0, "R-"));
+    let edge = trace.take_changes().into_iter().find(|m| m["t"] == "edge");
+    let edge = edge.expect("an edge");
+    assert_eq!((&edge["label"], &edge["to"]), (&json!("back"), &json!(0)));
+}
+
+#[test]
+fn of_a_state_that_is_passed_within_a_decision_the_way_out_is_shown() {
+    let mut trace = machine_of(&["open", "shut", "gone"]);
+    trace.take(&line(TraceKind::Edge, 0, 1, 2, "pull off"));
+    trace.take(&line(TraceKind::Statuses, 0, 0, 0, "R--"));
+    trace.take_changes();
+    trace.take(&line(TraceKind::Statuses, 0, 0, 0, "--R"));
+    let edge = trace.take_changes().into_iter().find(|m| m["t"] == "edge");
+    let edge = edge.expect("an edge");
+    assert_eq!(
+        (&edge["from"], &edge["label"]),
+        (&json!(1), &json!("pull off"))
+    );
 }
 
 /// A machine with four edges from one state to the other.

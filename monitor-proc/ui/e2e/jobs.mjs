@@ -77,11 +77,14 @@ export async function load({ page, look, until, press, robocell, same }) {
   if (early) throw new Error("a load is written before an object is held");
   await until("the load is written beside the cup", (r) => {
     const label = document.querySelector("#view .label.load");
-    const gap_px = label === null ? 0 : label.getBoundingClientRect().left - r.view.screenOf("tool")[0];
-    return gap_px > 10 && gap_px < 45;
+    if (label === null) return false;
+    const [{ left, right, top, bottom }, [x, y]] = [label.getBoundingClientRect(), r.view.screenOf("tool")];
+    const gap_px = Math.hypot(Math.max(left - x, 0, x - right), Math.max(top - y, 0, y - bottom));
+    return gap_px > 10 && gap_px < 80;
   });
   await until("the grip broke", (r) => r.store.log.some(({ mark }) => mark === "break"));
-  await page.locator("#status .detail", { hasText: /^grip lost, picking up again · [A-Z]+$/ }).waitFor();
+  await page.locator("#status .state", { hasText: /^Picking up again$/ }).waitFor();
+  await page.locator("#status .detail", { hasText: /^[A-Z]+ · grip lost 1 time$/ }).waitFor();
   await page.locator('.marks i[data-mark="break"]').first().waitFor({ state: "attached" });
   await until("the break is marked", `(r) => ${chart}.breaks() > 0`);
   await until("the load rose", `(r) => Math.max(...${chart}.data()[1]) > 30`);
@@ -100,7 +103,9 @@ export async function load({ page, look, until, press, robocell, same }) {
 async function pickedUpAgain({ page, look, until, same }) {
   const bar = page.locator("#status");
   await page.getByRole("tab", { name: "Task" }).click();
-  await until("the bar, the badge and the buttons say that it is picked up again", () => {
+  await until("the bar, the badge and the buttons say that it is picked up again", (r) => {
+    // A grip that was lost before the end has the same words.
+    if (r.store.status.task.outcome !== "done") return false;
     const text = (at) => document.querySelector(at).textContent;
     const isSaid = text("#status .state") === "Picking up again" && /^[A-Z]+ · grip lost \d+ times?$/.test(text("#status .detail"));
     const primary = [...document.querySelectorAll(".button.primary")].filter((node) => node.checkVisibility() && node.textContent === "Run again");

@@ -93,12 +93,24 @@ export async function recorded({ page, until, same, look }) {
 }
 
 /** A short loss of the connection is one state with one word, and no end. */
-async function shortLoss({ page, look }) {
+async function shortLoss({ page, look, same }) {
   const lose = (connected) => look((r, connected) => {
     r.store.connected = connected;
     r.store.heard_ms = Date.now();
     r.store.emit("connection", connected);
   }, connected);
+  /** What the places of the page say, in the same moment as the change. */
+  const said = (connected) => look((r, connected) => {
+    r.store.connected = connected;
+    r.store.heard_ms = Date.now();
+    r.store.emit("connection", connected);
+    const all = ["#status .state", ".badges .badge[role=status]", ".summary .badge", "#bottom .live", ".factor", ".process .num"].map((at) => document.querySelector(at).textContent);
+    return { all, green: document.querySelectorAll('.badge[data-tone="ok"], #status[data-tone="ok"]').length };
+  }, connected);
+  const without = await said(false);
+  same("places that do not say that there is no answer", without.all.filter((text) => !/^no answer/i.test(text)), []);
+  same("green places without an answer", without.green, 0);
+  same("places that say that there is no answer, when there is one", (await said(true)).all.filter((text) => /^no answer/i.test(text)), []);
   await lose(false);
   for (const [at, text] of [["#status .state", /^No answer$/], [".badges .badge", /^no answer$/], [".summary .badge", /^no answer: /], ["#bottom .live", /^No answer$/], [".factor", /^no answer$/]]) {
     await page.locator(at, { hasText: text }).first().waitFor({ timeout: 4000 });
@@ -136,7 +148,7 @@ export async function told({ page, robocell, look, until, same }) {
   await page.locator(".event", { hasText: /operator: pause$/ }).waitFor();
   await page.locator("#bottom .live", { hasText: /^Paused$/ }).waitFor();
   await page.locator(".process .num", { hasText: /^paused$/ }).first().waitFor();
-  await shortLoss({ page, look });
+  await shortLoss({ page, look, same });
   // A page that is opened later knows what was recorded.
   await page.reload();
   await page.locator(".event", { hasText: /object lost: cube/ }).first().waitFor();
@@ -171,6 +183,8 @@ async function done({ page, robocell, look, same }) {
   const ways = await look(() => [document.querySelector(".live-table tr.last td:nth-child(2)"), document.querySelector('.machine .state[data-status="S"] text')].map((node) => node.textContent));
   same("where the last transition leads", ways[0], `→ ${ways[1]}`);
   same("the place of the cube is drawn", await look((r) => r.view.stage.scene.getObjectByName("place mark")?.parent.visible), true);
+  same("the sign of the end in the graph", await page.locator('.machine .state[data-status="S"] .end-sign').first().textContent(), "✓");
+  await page.locator('.live-table td[data-end="S"]').first().waitFor();
   same("ways that are shown as next after the end", await page.locator(".live-table tr[data-status=S], .live-table tr[data-status=R]").count(), 0);
   robocell("pause");
   await page.locator("#status .state", { hasText: /^Paused · done$/ }).waitFor();

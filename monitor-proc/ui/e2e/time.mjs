@@ -21,6 +21,7 @@ export async function lanes({ page, look, until, robocell, press, same }) {
   }
   await alignedAndColoured({ page, look, same });
   await newestLine({ page, look });
+  await resetsAndMarks({ page, look, until, same });
   const held = await look((r) => r.store.lanes.find(({ lane, label }) => lane === "grip" && label !== ""));
   same("what was held", held.label, "red_cube");
   const carried = page.locator('.lane[data-lane="grip"] i').first();
@@ -75,6 +76,31 @@ async function alignedAndColoured({ page, look, same }) {
   }
   const byName = new Map(seen);
   for (const [name, colour] of seen) same(`the colour of ${name}`, colour, byName.get(name));
+}
+
+/** A reset that no state tells of cuts the lanes, has a row and a mark; marks of one moment are beside each other. */
+async function resetsAndMarks({ page, look, until, same }) {
+  const times = await look((r) => {
+    const { epoch } = r.store.log.at(-1);
+    const time_s = r.store.snapshot.time - 0.5;
+    const [one, other] = r.store.spans.filter(({ kind }) => kind === "phase").map(({ from_s }) => from_s + 0.2);
+    const resets = [one, other].map((at_s) => ({ time_s: at_s, kind: "lifecycle", text: "[task] reset", mark: null, epoch }));
+    const marks = ["fault", "hand", "recover"].map((mark) => ({ time_s, kind: "log", text: `one moment: ${mark}`, mark, epoch }));
+    r.store.takeText({ t: "log", lines: [...resets, ...marks] });
+    return [one, other];
+  });
+  const cut = (r, times) => times.every((at_s) => ["task", "phase"].every((kind) => r.store.spans.some((span) => span.kind === kind && span.from_s === at_s)));
+  await until("the lanes are cut at the resets", cut, times);
+  await page.locator('.marks [data-mark="reset"]').nth(1).waitFor({ state: "attached" });
+  same("rows of resets", await page.locator('.event[data-mark="reset"]').count(), 2);
+  await page.locator('.marks [title*="one moment"]').nth(2).waitFor({ state: "attached" });
+  const at = await look(() => [...document.querySelectorAll('.marks [title*="one moment"]')].map((node) => node.getBoundingClientRect().x).sort((a, b) => a - b));
+  if (at.some((x, index) => index > 0 && x - at[index - 1] < 12)) throw new Error(`marks of one moment cover each other: ${at}`);
+  const beyond = await look(() => {
+    const { right } = document.querySelector(".lane-area").getBoundingClientRect();
+    return [...document.querySelectorAll(".lane i")].filter((node) => node.getBoundingClientRect().right > right + 0.6).map(({ title }) => title);
+  });
+  same("spans beyond the end of the lanes", beyond, []);
 }
 
 /** The list of events is at its newest line. */

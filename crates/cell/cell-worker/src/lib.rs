@@ -2,6 +2,7 @@
 //! waits and inputs, checkpoints for the recorder, and their health.
 #![forbid(unsafe_code)]
 
+mod arm_loop;
 mod gated;
 mod health;
 mod keyframes;
@@ -11,6 +12,7 @@ mod start;
 mod turn;
 mod warn;
 
+pub use arm_loop::{ArmLoop, Ended};
 pub use gated::{DELIVERY_NS, Gated};
 pub use health::HealthReporter;
 pub use keyframes::Keyframes;

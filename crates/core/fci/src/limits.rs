@@ -31,6 +31,20 @@ pub(crate) struct JointLimit {
 }
 
 impl JointLimit {
+    /// Whether a position (rad) is within its limits.
+    pub(crate) fn allows(&self, position: f64) -> bool {
+        (self.lower..=self.upper).contains(&position)
+    }
+
+    /// The position limit that is nearer to a position (rad) outside of them.
+    pub(crate) fn nearest_end(&self, position: f64) -> f64 {
+        if position < self.lower {
+            self.lower
+        } else {
+            self.upper
+        }
+    }
+
     /// The limit of the velocity at a position and in the direction of `velocity` (rad/s).
     pub(crate) fn velocity_at(&self, position: f64, velocity: f64) -> f64 {
         let Some((offset, deceleration)) = self.near else {

@@ -185,12 +185,8 @@ pub(crate) fn check(
             let off = next.position - last.position;
             return Err(broken(Error::START_POSE, off, 0.0, "rad from the start"));
         }
-        if !(limit.lower..=limit.upper).contains(&next.position) {
-            let end = if next.position < limit.lower {
-                limit.lower
-            } else {
-                limit.upper
-            };
+        if !limit.allows(next.position) {
+            let end = limit.nearest_end(next.position);
             return Err(broken(errors[0], next.position, end, "rad"));
         }
         let top = limit.velocity_at(last.position, next.velocity);

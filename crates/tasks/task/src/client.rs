@@ -50,8 +50,8 @@ impl Policy for Client {
         let Some(client) = ended else {
             return;
         };
-        if client.reflexes > 0 {
-            job.fail(client.reflex.as_str());
+        if client.failures > 0 {
+            job.fail(client.failure.as_str());
         } else {
             job.done = true;
             out.outcome = Outcome::Done;

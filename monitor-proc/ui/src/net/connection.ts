@@ -68,13 +68,18 @@ export function connect(store: Store, url: string): void {
   const open = () => {
     const next = new WebSocket(url);
     next.binaryType = "arraybuffer";
-    next.onopen = () => {
+    /** A socket that is open has not answered yet: what the page shows is still what was told before. */
+    let isHeard = false;
+    const hear = () => {
+      if (isHeard) return;
+      isHeard = true;
       retry = FIRST_RETRY_MS;
       store.connected = true;
       [store.refused, store.ended] = [false, false];
       store.emit("connection", true);
     };
     next.onmessage = ({ data }: MessageEvent<ArrayBuffer | string>) => {
+      hear();
       if (data instanceof ArrayBuffer) {
         if (!earlier.hides(data)) store.takeFrame(data);
         return;

@@ -49,6 +49,12 @@ export function lossesOf(store: Store): number[] {
   return store.marked.filter((line) => isLoss(line) && store.isCurrent(line)).map(({ time_s }) => time_s);
 }
 
+/** When the task was reset, in the history that led to now (s). */
+export function resetsOf(store: Store): number[] {
+  const times = store.marked.filter((line) => line.mark === "reset" && store.isCurrent(line)).map(({ time_s }) => time_s);
+  return times.sort((one, other) => one - other);
+}
+
 /** Whether a grip was lost before the moment that is shown, and nothing is held since. */
 export function isPickingUp(store: Store): boolean {
   const until_s = until(store);

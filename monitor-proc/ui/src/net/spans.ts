@@ -1,6 +1,7 @@
 // The spans of the lanes as they are shown: beside those that were told, that a phase ends with its task, that a task
 // works again after it was done, and what is wrong though the task does not know of it.
 import type { Span } from "./protocol";
+import { withResets } from "./resets";
 import { NOT_REACHED, PICKING_UP, type WrongFrom } from "./wrong";
 
 /** Phases in which an arm waits, and works no more. */
@@ -11,15 +12,27 @@ export const SAME_S = 0.05;
 /** Whether a span is of the history that led to now. */
 type IsCurrent = (line: { epoch: number | null; time_s: number }) => boolean;
 
+/** What the spans are made from. */
+export interface Told {
+  lanes: Span[];
+  wrong: WrongFrom[];
+  losses: number[];
+  resets: number[];
+  timeline: { from_s: number; to_s: number } | null;
+}
+
 export class ShownSpans {
   private from: unknown[] = [];
   private all: Span[] = [];
   /** What is added has one identity: its bar is drawn once. */
   private made = new Map<string, Span>();
 
-  /** The spans of the current history, oldest first; the same list until something changed. `losses`: when a grip was lost (s). */
-  of(lanes: Span[], wrong: WrongFrom[], losses: number[], timeline: unknown, isCurrent: IsCurrent): Span[] {
-    const from = [lanes, wrong, losses.join(), timeline];
+  /**
+   * The spans of the current history, oldest first; the same list until something changed. `losses` and `resets`: when a
+   * grip was lost, and when the task was reset (s).
+   */
+  of({ lanes, wrong, losses, resets, timeline }: Told, isCurrent: IsCurrent): Span[] {
+    const from = [lanes, wrong, losses.join(), resets.join(), timeline];
     if (from.every((one, index) => one === this.from[index])) return this.all;
     this.from = from;
     const known = this.made;
@@ -33,12 +46,13 @@ export class ShownSpans {
       return one;
     };
     const names = [...new Set(now.map(({ lane }) => lane))];
-    const task = now.filter(({ kind }) => kind === "task");
-    const outcome = withAgain(task, pickups(now, losses), add);
+    const length_s = timeline === null ? 0 : timeline.to_s - timeline.from_s;
+    const cut = (lane: Span[]) => withResets(lane, resets, length_s, add);
+    const outcome = withAgain(cut(now.filter(({ kind }) => kind === "task")), pickups(now, losses), add);
     const shown = names.flatMap((name) => {
       const lane = now.filter((span) => span.lane === name);
       const kind = lane[0]?.kind;
-      if (kind === "phase") return withEnds(lane, outcome, add);
+      if (kind === "phase") return withEnds(cut(lane), outcome, add);
       return kind === "task" ? withStates(outcome, wrong, add) : lane;
     });
     shown.sort((one, other) => one.from_s - other.from_s);

@@ -15,10 +15,10 @@ import type {
 import { Ages } from "./ages";
 import { isCurrent, markedAt } from "./epochs";
 import { Falls } from "./fallen";
-import { addInOrder } from "./lines";
+import { addInOrder, isReset, withNewResets } from "./lines";
 import { lostOf } from "./lost";
 import { decode, type Snapshot } from "./snapshot";
-import { afterDone, lossesOf } from "./phases";
+import { afterDone, lossesOf, resetsOf } from "./phases";
 import { ShownSpans } from "./spans";
 import { inOrder, type Wrong, type WrongFrom } from "./wrong";
 
@@ -58,6 +58,7 @@ type Listener<K extends keyof Events> = (value: Events[K]) => void;
 function withMark(line: LogLine, scene: Scene | null): LogLine {
   const { mark, text } = line;
   if (mark === null && text === "operator: pause") return { ...line, mark: "hand" };
+  if (mark === null && isReset(line)) return { ...line, mark: "reset" };
   const arms = scene?.arms ?? [];
   const isPart = mark === "done" && arms.length > 1 && arms.some(({ name }) => text === `[done] ${name}`);
   return isPart ? { ...line, mark: "part" } : line;
@@ -95,6 +96,8 @@ export class Store {
   own: LogLine[] = [];
   /** Of a recording: all lines of its log that are marked on the timeline. */
   private marks: LogLine[] = [];
+  /** Resets of the task that were told while a recording was played: they stay when an earlier moment is shown. */
+  private played: LogLine[] = [];
   timeline: Timeline | null = null;
   /** What lasted from when to when, oldest first in each lane, as it was told. */
   lanes: Span[] = [];
@@ -133,7 +136,9 @@ export class Store {
   /** Lines that have the marks of the timeline. */
   get marked(): readonly LogLine[] {
     // Of a recording the log has what was played.
-    return this.hello?.live === false ? [...(this.marks.length > 0 ? this.marks : this.log), ...this.own] : this.log;
+    if (this.hello?.live !== false) return this.log;
+    const all = this.marks.length > 0 ? this.marks : this.log;
+    return [...withNewResets(all, this.played), ...this.own];
   }
 
   /** Names of the objects that fell out of the cell, at the moment that is shown. */
@@ -149,7 +154,8 @@ export class Store {
 
   /** The lanes of the history that led to now, as they are shown. */
   get spans(): Span[] {
-    return this.shown.of(this.lanes, this.wrong, lossesOf(this), this.timeline, (line) => this.isCurrent(line));
+    const { lanes, wrong, timeline } = this;
+    return this.shown.of({ lanes, wrong, losses: lossesOf(this), resets: resetsOf(this), timeline }, (line) => this.isCurrent(line));
   }
 
   /** Whether the task has ended, and does not work again since, at the moment that is shown. */
@@ -212,6 +218,7 @@ export class Store {
           this.log = [];
           this.own = [];
           this.marks = [];
+          this.played = [];
           this.timeline = null;
           this.lanes = [];
           this.wrong = [];
@@ -320,6 +327,7 @@ export class Store {
     const known = this.log.length;
     if (all) this.log = [];
     const marked = lines.map((line) => withMark(line, this.scene));
+    if (this.hello?.live === false) this.played = withNewResets(this.played, marked);
     const isInOrder = marked.map((line) => addInOrder(this.log, line)).every((isLast) => isLast);
     if (all) this.insertOwn(this.hello?.live === false ? this.own.filter(({ time_s }) => time_s <= (this.snapshot?.time ?? 0)) : this.own);
     this.log.splice(0, this.log.length - KEPT_LINES);

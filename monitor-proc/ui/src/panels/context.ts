@@ -30,6 +30,8 @@ export class PanelContext {
     store.on("scene", () => {
       this.arm = 0;
     });
+    // No place of the page may say that the cell answers while another one says that it does not.
+    store.on("connection", () => this.pulse.now());
     view?.onSelect((name) => this.choose(name));
   }
 

@@ -230,12 +230,16 @@ export class Camera {
 
   resize(width: number, height: number): void {
     this.size = [width, height];
+    // What had no room in another picture may have it in this one.
+    this.added = [];
     this.reframe();
   }
 
   /** Frames the cell beside what covers the picture. */
   cover(covered: Covered): void {
+    if (covered.left === this.covered.left && covered.top === this.covered.top) return;
     this.covered = covered;
+    this.added = [];
     this.reframe();
     this.changed();
   }

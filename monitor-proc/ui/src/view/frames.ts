@@ -25,6 +25,14 @@ export class Frames {
     if (!document.hidden) this.schedule();
   }
 
+  /** Draws before the browser shows its next frame: what is empty would be seen. */
+  now(): void {
+    this.asked = false;
+    this.drawnAt = null;
+    this.drawn += 1;
+    this.draw();
+  }
+
   private schedule(): void {
     if (this.pending === 0) this.pending = requestAnimationFrame((now) => this.tick(now));
   }

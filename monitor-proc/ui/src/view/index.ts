@@ -34,8 +34,8 @@ import { Selection } from "./touch/selection";
 const MIRROR = 256;
 const SOFTWARE_MIRROR = 32;
 const LEAST_REACH_M = 0.9;
-/** Of standing back until a target is in the picture. */
-const TARGET_ROUNDS = 3;
+/** Of standing back until a target is in the picture: its handles grow with the distance. */
+const TARGET_ROUNDS = 12;
 
 export class View implements ViewApi {
   readonly toggles = new Toggles();
@@ -111,6 +111,7 @@ export class View implements ViewApi {
   /** The borders of the picture that a panel covers (CSS pixels): the cell is framed in the rest. */
   cover(covered: Covered): void {
     this.eye.cover(covered);
+    this.refresh();
   }
 
   /** Frames the selection, or the tool where nothing is selected. */
@@ -238,8 +239,12 @@ export class View implements ViewApi {
       this.screen.resize();
       this.eye.resize(...this.screen.size);
       this.refresh();
+      // A canvas of another size is empty until it is drawn.
+      this.frames.now();
     }).observe(this.element);
+    this.screen.canvas.addEventListener("webglcontextlost", () => this.labels.hide(true));
     this.screen.canvas.addEventListener("webglcontextrestored", () => {
+      this.labels.hide(false);
       this.used = null;
       this.refresh();
     });

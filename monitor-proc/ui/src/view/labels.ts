@@ -15,22 +15,38 @@ interface Size {
   height: number;
 }
 
+interface Pixel {
+  x: number;
+  y: number;
+}
+
 interface Label {
   element: HTMLElement;
   at: Vector3;
   used: boolean;
   /** Null until it was measured (pixels). */
   size: Size | null;
-  /** At the right of its point, which it would cover. */
+  /** It stands beside its point, which it would cover. */
   beside: boolean;
+  /** Of a text beside its point: what it may not cover at all, and what it covers only where there is no other place. */
+  about: About;
   /** It stays at the border where its point is outside of the picture. */
   kept: boolean;
   /** From its point to its lower edge (pixels). */
   lift: number;
 }
 
+export interface About {
+  /** Points around what the text is about. */
+  shape: Vector3[];
+  /** Points along what is near it. */
+  near: Vector3[];
+}
+
 /** From a point to a text beside it (pixels). */
 const BESIDE_PX = 28;
+/** A text this near to the middle line of a link covers the link (pixels). */
+const LINK_PX = 10;
 /** From a point to a text above it (pixels): usual, of a target with its mark, of an outcome above other texts of the tool. */
 const LIFT_PX = 5;
 const MARK_LIFT_PX = 24;
@@ -40,27 +56,70 @@ const MARGIN_PX = 8;
 /** Between a text and what it may not cover (pixels). */
 const GAP_PX = 6;
 
+const NOTHING: About = { shape: [], near: [] };
+
 function meet(one: Area, other: Area): boolean {
   return one.left < other.right && one.right > other.left && one.top < other.bottom && one.bottom > other.top;
 }
 
-/** The place of a text nearest to `wanted` that is in the picture and covers none of `taken`. */
-function free(wanted: Area, taken: Area[], width: number, height: number): Area {
+function put(left: number, top: number, { width, height }: Size): Area {
+  return { left, top, right: left + width, bottom: top + height };
+}
+
+function isInside(area: Area, width: number, height: number): boolean {
+  return area.left >= MARGIN_PX && area.top >= MARGIN_PX && area.right <= width - MARGIN_PX && area.bottom <= height - MARGIN_PX;
+}
+
+/** From a point to a part of the picture; 0 within it (pixels). */
+function distance({ x, y }: Pixel, { left, top, right, bottom }: Area): number {
+  return Math.hypot(Math.max(left - x, 0, x - right), Math.max(top - y, 0, y - bottom));
+}
+
+function pixels(point: Vector3, camera: Camera, width: number, height: number): Pixel {
+  const { x, y } = point.clone().project(camera);
+  return { x: (0.5 + x / 2) * width, y: (0.5 - y / 2) * height };
+}
+
+/** The four places of a text of `size` around `area`: those beside it at `top`, those above and below it at `left`. */
+function around(area: Area, left: number, top: number, size: Size): Area[] {
+  return [
+    put(area.right + GAP_PX, top, size),
+    put(area.left - size.width - GAP_PX, top, size),
+    put(left, area.top - size.height - GAP_PX, size),
+    put(left, area.bottom + GAP_PX, size),
+  ];
+}
+
+/** Left and top of a text that covers nothing of what it is about, and as little as there is room of what is near. */
+function beside(at: Pixel, about: About, size: Size, seen: (point: Vector3) => Pixel, width: number, height: number): [number, number] {
+  const [shape, near] = [[...about.shape.map(seen), at], about.near.map(seen)];
+  const [xs, ys] = [shape.map(({ x }) => x), shape.map(({ y }) => y)];
+  const reach = BESIDE_PX - GAP_PX;
+  const area = {
+    left: Math.min(...xs, at.x - reach),
+    right: Math.max(...xs, at.x + reach),
+    top: Math.min(...ys, at.y - reach),
+    bottom: Math.max(...ys, at.y + reach),
+  };
+  const top = at.y - LIFT_PX - size.height;
+  const places = around(area, at.x - size.width / 2, top, size).filter((place) => isInside(place, width, height));
+  const covered = (place: Area) => near.filter((point) => distance(point, place) < LINK_PX).length;
+  // Of equal ones the first.
+  const [best] = places.sort((one, other) => covered(one) - covered(other));
+  return best === undefined ? [area.right + GAP_PX, top] : [best.left, best.top];
+}
+
+/** The place of a text nearest to `wanted` that is in the picture and covers none of `taken`; `at`: the point that it is about. */
+function free(wanted: Area, at: Pixel, taken: Area[], width: number, height: number): Area {
   const { left, top } = wanted;
-  const [wide, tall] = [wanted.right - left, wanted.bottom - top];
-  const put = (x: number, y: number): Area => ({ left: x, top: y, right: x + wide, bottom: y + tall });
+  const size = { width: wanted.right - left, height: wanted.bottom - top };
   if (!taken.some((area) => meet(wanted, area))) return wanted;
-  const isInside = (area: Area) =>
-    area.left >= MARGIN_PX && area.top >= MARGIN_PX && area.right <= width - MARGIN_PX && area.bottom <= height - MARGIN_PX;
-  const away = (area: Area) => Math.hypot(area.left - left, area.top - top);
+  // The sides of what has the point in it are all as good.
+  const isWithin = taken.some((area) => distance(at, area) === 0);
+  const away = (area: Area) => (isWithin ? Math.hypot(area.left - left, area.top - top) : distance(at, area));
   const others = taken
-    .flatMap((area) => [
-      put(left, area.top - tall - GAP_PX),
-      put(left, area.bottom + GAP_PX),
-      put(area.left - wide - GAP_PX, top),
-      put(area.right + GAP_PX, top),
-    ])
-    .filter((area) => isInside(area) && !taken.some((one) => meet(area, one)));
+    .flatMap((area) => around(area, left, top, size))
+    .filter((area) => isInside(area, width, height) && !taken.some((one) => meet(area, one)));
   return others.sort((one, other) => away(one) - away(other))[0] ?? wanted;
 }
 
@@ -81,15 +140,16 @@ export class Labels {
   }
 
   /** Says `text` at `at`; `key` names the label, `kind` is a class of the style sheet. */
-  show(key: string, text: string, at: Vector3, kind = ""): HTMLElement {
+  show(key: string, text: string, at: Vector3, kind = "", about = NOTHING): HTMLElement {
     let label = this.labels.get(key);
     if (label === undefined) {
-      label = { element: document.createElement("div"), at: new Vector3(), used: true, size: null, beside: false, kept: false, lift: LIFT_PX };
+      label = { element: document.createElement("div"), at: new Vector3(), used: true, size: null, beside: false, about: NOTHING, kept: false, lift: LIFT_PX };
       this.layer.append(label.element);
       this.labels.set(key, label);
     }
     label.used = true;
     label.at.copy(at);
+    label.about = about;
     if (label.element.className !== `label ${kind}`) {
       label.element.className = `label ${kind}`;
       label.size = null;
@@ -103,6 +163,11 @@ export class Labels {
       if (before.length !== text.length) label.size = null;
     }
     return label.element;
+  }
+
+  /** Without a picture there is nothing to name. */
+  hide(isHidden: boolean): void {
+    this.layer.hidden = isHidden;
   }
 
   /** Ends the set that `begin` began. */
@@ -136,10 +201,12 @@ export class Labels {
       // A text at the border stays in the picture.
       const within = (wanted: number, length: number, room: number) =>
         Math.max(MARGIN_PX, Math.min(wanted, room - MARGIN_PX - length));
-      const left = within((0.5 + at.x / 2) * width + (label.beside ? BESIDE_PX : -wide / 2), wide, width);
-      const top = within((0.5 - at.y / 2) * height - label.lift - tall, tall, height);
-      const wanted = { left, top, right: left + wide, bottom: top + tall };
-      const area = free(wanted, taken, width, height);
+      const [x, y] = [(0.5 + at.x / 2) * width, (0.5 - at.y / 2) * height];
+      const [left, top] = label.beside
+        ? beside({ x, y }, label.about, label.size, (point) => pixels(point, camera, width, height), width, height)
+        : [x - wide / 2, y - label.lift - tall];
+      const wanted = put(within(left, wide, width), within(top, tall, height), label.size);
+      const area = free(wanted, { x, y }, taken, width, height);
       if (area !== wanted) taken.push(area);
       label.element.style.transform = `translate(${area.left.toFixed(1)}px, ${area.top.toFixed(1)}px)`;
     }

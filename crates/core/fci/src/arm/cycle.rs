@@ -190,16 +190,12 @@ impl Arm {
             joint.position += joint.velocity * CYCLE_S;
         }
         for (joint, (next, limit)) in joints.iter().zip(&self.limits).enumerate() {
-            if !(limit.lower..=limit.upper).contains(&next.position) {
+            if !limit.allows(next.position) {
                 return Err(Broken {
                     error: Error::JOINT_POSITION,
                     joint: Some(joint),
                     value: next.position,
-                    limit: if next.position < limit.lower {
-                        limit.lower
-                    } else {
-                        limit.upper
-                    },
+                    limit: limit.nearest_end(next.position),
                     unit: "rad",
                 });
             }
@@ -270,10 +266,9 @@ impl Arm {
         }
         for (joint, limit) in self.limits.iter().enumerate() {
             let (position, velocity) = (measured.positions[joint], measured.velocities[joint]);
-            let (error, value, limit, unit) = if position < limit.lower {
-                (Error::JOINT_POSITION, position, limit.lower, "rad")
-            } else if position > limit.upper {
-                (Error::JOINT_POSITION, position, limit.upper, "rad")
+            let (error, value, limit, unit) = if !limit.allows(position) {
+                let end = limit.nearest_end(position);
+                (Error::JOINT_POSITION, position, end, "rad")
             } else if velocity.abs() > limit.velocity_at(position, velocity) + TOLERANCE {
                 let top = limit.velocity_at(position, velocity);
                 (Error::JOINT_VELOCITY, velocity, top, "rad/s")

@@ -18,6 +18,11 @@ export function opensUp([, , , , x, y]: Pose): boolean {
   return 1 - 2 * (x ** 2 + y ** 2) > 0;
 }
 
+/** Names of the bins that the job is about, in the order of the scene. */
+export function jobBins(scene: Scene): string[] {
+  return scene.objects.filter(({ shape }) => shape.kind === "bin").map(({ name }) => name).slice(0, scene.bins);
+}
+
 /** The bins that the job is about, in the order of the scene. */
 export function binsOf(store: Store): Bin[] {
   const { scene, snapshot, status, isTaskOver } = store;

@@ -1,9 +1,11 @@
 // The processes of the cell, and a restart button each.
 import type { ProcessStatus } from "../../net/protocol";
+import { FLAG } from "../../net/snapshot";
 import { button } from "../button";
 import type { PanelContext } from "../context";
 import { el, setAttr, setOptions, setText, setTitle } from "../dom";
 import { micros } from "../format";
+import { setJoined } from "../status/joined";
 
 interface Row {
   root: HTMLElement;
@@ -32,7 +34,7 @@ export function processes(context: PanelContext): HTMLElement {
   };
   let shown = "";
   context.pulse.add(list, () => {
-    const state = `${context.isStale} ${context.link} ${context.paused}`;
+    const state = `${context.isStale} ${context.link} ${context.paused} ${context.flag(FLAG.lockstep)}`;
     if (state !== shown) show();
     shown = state;
   });
@@ -63,6 +65,11 @@ function processRow(context: PanelContext, name: string): Row {
   return { root, show: (status) => show(context, status, { root, dot, rate, late, more, fault }) };
 }
 
+const MONITOR = "monitor";
+/** In the place of a rate in lockstep: those of several processes, each counted over a time of its own, would contradict each other. */
+const IN_STEP = "in step";
+const IN_STEP_WHY = "in lockstep: each cycle waits for the one before, so that the rate follows from the speed, at the top";
+
 /** Scheduling in words. */
 const PRIORITY: Record<string, string> = { fifo: "real-time priority", other: "normal priority" };
 
@@ -71,7 +78,13 @@ function rests(context: PanelContext, status: ProcessStatus): string | null {
   if (context.isStale) return context.link;
   if (status.state !== "running") return status.state;
   // The monitor has a clock of its own.
-  return context.paused && context.store.hello?.live === true && status.name !== "monitor" ? "paused" : null;
+  return context.paused && context.store.hello?.live === true && status.name !== MONITOR ? "paused" : null;
+}
+
+/** How often a process works, in short and as a sentence. */
+function pace(context: PanelContext, { name, rate_hz }: ProcessStatus): [string, string] {
+  if (context.flag(FLAG.lockstep) && name !== MONITOR) return [IN_STEP, IN_STEP_WHY];
+  return [`${rate_hz.toFixed(0)} Hz`, `${rate_hz.toFixed(0)} cycles a second`];
 }
 
 function show(
@@ -84,9 +97,11 @@ function show(
   const idle = running && status.rate_hz < 0.5;
   const fault = status.note.startsWith("fault: ");
   setAttr(at.dot, "data-tone", context.isStale ? null : running ? (fault ? "warn" : idle || rest !== null ? null : "ok") : "bad");
-  const cycles = `${status.state}, ${status.rate_hz.toFixed(0)} cycles a second`;
+  const [short, sentence] = pace(context, status);
+  const cycles = `${status.state}, ${sentence}`;
   setTitle(at.dot, fault ? status.note : idle ? "running, but no cycle in the last second" : rest === "paused" ? `${cycles}; simulated time is paused` : cycles);
-  setText(at.rate, rest ?? `${status.rate_hz.toFixed(0)} Hz`);
+  setText(at.rate, rest ?? short);
+  setTitle(at.rate, rest ?? sentence);
   setText(at.late, rest === null && status.late_p99_us > 0 ? micros(status.late_p99_us) : "–");
   setTitle(
     at.late,
@@ -102,7 +117,7 @@ function show(
   at.fault.hidden = !fault;
   setText(at.fault, fault ? status.note : "");
   if (!fault && status.note !== "") facts.push(status.note);
-  setText(at.more, facts.join(" · "));
+  setJoined(at.more, facts.join(" · "));
   if (status.missed_why !== "") facts.push(`missed: ${status.missed_why}`);
   setTitle(at.more, `pid ${status.pid ?? "–"} · ${facts.join(" · ")}`);
   at.root.classList.toggle("silent", !running && !context.isStale);
@@ -111,7 +126,6 @@ function show(
 /** With which policy the task starts again; of no use where there is one. */
 function policyChoice(context: PanelContext): HTMLSelectElement {
   const select = el("select", { "aria-label": "Policy of the restarted task", class: "restart-policy" });
-  select.title = "Policy the task is restarted with";
   const fill = () => {
     const { hello } = context.store;
     const demo = hello?.demos.find((one) => one.name === hello.run.demo);
@@ -127,6 +141,11 @@ function policyChoice(context: PanelContext): HTMLSelectElement {
   };
   context.store.on("hello", fill);
   context.store.on("status", follow);
+  context.pulse.add(select, () => {
+    const why = context.cellRefusal();
+    select.disabled = why !== null;
+    setTitle(select, `Policy the task is restarted with${why === null ? "" : `\nNot now: ${why}`}`);
+  });
   fill();
   return select;
 }

@@ -2,7 +2,8 @@
 import type { Scene } from "../../net/protocol";
 import { OBJECT, type ObjectState } from "../../net/snapshot";
 import type { PanelContext } from "../context";
-import { el, setAttr, setText } from "../dom";
+import { el, setAttr, setText, setTitle } from "../dom";
+import { jobBins } from "../demos/bin-state";
 import { css } from "../format";
 import { isAtRest } from "../inspect/object";
 
@@ -79,14 +80,19 @@ function arms(context: PanelContext, scene: Scene, refreshes: Refresh[]): HTMLEl
     refreshes.push(() => {
       const now = context.snapshot?.arms[index];
       const held = now?.held == null ? null : scene.objects[now.held]?.name;
-      setText(state, now?.fault ? "fault" : held ? `holds ${held}` : "free");
+      const words = now?.fault ? "fault" : held ? `holds ${held}` : "free";
+      setText(state, words);
+      setTitle(state, words);
     });
     return row(context, arm.name, null, state);
   });
 }
 
 function objects(context: PanelContext, scene: Scene, refreshes: Refresh[]): HTMLElement[] {
+  const wanted = new Set(jobBins(scene));
   return scene.objects.map((object, index) => {
+    // More bins than the job has are there for a person who asks for another one.
+    const isSpare = object.shape.kind === "bin" && !wanted.has(object.name);
     const state = el("span", { class: "dim state" });
     let before = "";
     refreshes.push(() => {
@@ -101,9 +107,11 @@ function objects(context: PanelContext, scene: Scene, refreshes: Refresh[]): HTM
       if (key === before) return;
       before = key;
       const isPart = scene.dispenser != null;
-      const absent = object.parked !== true || (isFallen && !isPart) ? "lost" : isFallen ? "out of the cell" : isEnd ? "not used" : "to come";
+      const absent = object.parked !== true || (isFallen && !isPart) ? "lost" : isFallen ? "out of the cell" : isEnd || isSpare ? "not used" : "to come";
       const words = objectState(now, absent, holder < 0 ? null : context.armName(holder), isStill);
       setText(state, words);
+      // It is cut where there is little room.
+      setTitle(state, words);
       setAttr(state, "data-tone", words === "lost" ? "bad" : null);
     });
     return row(context, object.name, css(object.colour), state);

@@ -77,6 +77,7 @@ function gizmo(context: PanelContext): HTMLElement {
       class: "small",
       about: () => `The gizmo will ${name} the target (key ${key}); it leads the arm while the task is paused`,
       twin: () => "robocell target X Y Z R P YAW",
+      why: () => context.cellRefusal(),
       run: () => context.view?.gizmoMode(mode),
     }),
   );

@@ -7,6 +7,7 @@ import { el, setAttr, setText, setTitle } from "../dom";
 import { copyable } from "../guide/copy";
 import { taskActions } from "../task/actions";
 import { factsOf } from "./facts";
+import { setJoined } from "./joined";
 import { type Action, type Line, lineOf } from "./words";
 
 export function mountStatus(context: PanelContext, host: HTMLElement): void {
@@ -25,7 +26,7 @@ export function mountStatus(context: PanelContext, host: HTMLElement): void {
     shown = text;
     setAttr(host, "data-tone", line.tone);
     setText(state, line.state);
-    setText(detail, line.detail);
+    setJoined(detail, line.detail);
     setTitle(detail, line.detail);
     command.replaceChildren(...(line.command === null ? [] : [copyable(context, line.command)]));
     for (const { name, node } of buttons) node.hidden = !line.actions.includes(name);
@@ -38,7 +39,6 @@ export function mountStatus(context: PanelContext, host: HTMLElement): void {
     classList.toggle("still", context.isStale || context.paused);
     show();
   });
-  store.on("connection", show);
   show();
 }
 

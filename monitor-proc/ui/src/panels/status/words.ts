@@ -157,13 +157,14 @@ export function taskOf(facts: Facts): Told {
   if (taskPaused) return told("warn", "Task paused", ["you lead the arm and the gripper", phase], ["resume"]);
   const gone = [...lost, ...fallen];
   if (isDone) return told(lost.length > 0 ? "warn" : "ok", "Done", [...finished(facts, task), ...outside(gone)], ["again"]);
-  if (since.isAgain) return told("warn", sentence(PICKING_UP), [phase, gripsLost(task), ...outside(gone)]);
+  const again = () => told("warn", sentence(PICKING_UP), [phase, gripsLost(task), ...outside(gone)]);
+  if (since.isAgain) return again();
   if (startEvent && !task.started) return told("info", "Waiting", ["for the start event"], ["start"], false);
-  if (task.wait !== "") return told("warn", "Waiting", [task.wait, phase], [], false);
+  if (task.wait !== "") return told("warn", "Waiting", [task.wait, phase, gripsLost(task)], [], false);
   if (task.outcome === "idle") return told("info", "Idle", [phase], [], false);
   if (unreached !== "") return told("bad", "Not reached", [unreached, phase, ...held], ["tool"]);
-  if (facts.isPickingUp) return told("warn", "Running", [`grip lost, ${PICKING_UP}`, phase, ...outside(fallen)], [], false);
-  return told("ok", "Running", [facts.target, phase, ...held, ...outside(fallen)], [], false);
+  if (facts.isPickingUp) return again();
+  return told("ok", "Running", [facts.target, phase, ...held, gripsLost(task), ...outside(fallen)], [], false);
 }
 
 function named(names: string[]): string {

@@ -35,6 +35,16 @@ export function eventLog(context: PanelContext): HTMLElement {
   const follow = () => {
     if (follows && list.clientHeight > 0) toEnd(list);
   };
+  let willFollow = false;
+  /** Before the next picture: room below the newest line would show a part of the next one. */
+  const followSoon = () => {
+    if (willFollow) return;
+    willFollow = true;
+    requestAnimationFrame(() => {
+      willFollow = false;
+      follow();
+    });
+  };
   // Lines that come meanwhile, and the browser itself, scroll it too: only what follows a person's hand counts.
   let handAt = -Infinity;
   const byHand = () => {
@@ -67,7 +77,7 @@ export function eventLog(context: PanelContext): HTMLElement {
     setText(hidden, left === 0 ? "" : `${left} hidden`);
     setText(empty, list.childElementCount > 0 ? "" : left === 0 ? "No event yet." : "No event fits the filter.");
     empty.hidden = empty.textContent === "";
-    context.pulse.measure(follow);
+    followSoon();
   };
   const fill = () => {
     list.replaceChildren();

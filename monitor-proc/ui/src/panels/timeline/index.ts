@@ -27,6 +27,7 @@ const MARKS: [string, string][] = [
   ["abort", "turned back"],
   ["recover", "recovery"],
   ["restart", "process restarted"],
+  ["reset", "task reset"],
   ["hand", "by hand"],
   ["hand_failed", "failed by hand"],
   ["done", "done"],

@@ -4,21 +4,20 @@ import type { PanelContext } from "../context";
 import { el, setAttr, setText, setTitle } from "../dom";
 import { words } from "../format";
 import { phaseColour } from "../phase-colour";
-import { ownParts, shortened } from "./short";
+import { fitted, ownParts } from "./short";
 import type { TimeSpan } from "./zoom";
 
-/** Narrower spans are not drawn (share of the width). */
-const LEAST_SHARE = 0.0008;
-/** Wider ones have room for their label. */
-const LABEL_SHARE = 0.03;
+/** A narrower span is drawn this wide, but not beside another one of these (px). */
+const TINY_PX = 3;
+/** Until the width of the lanes is known (px). */
+const USUAL_PX = 1000;
 const KEY = "robocell.lanes";
 /** So many lanes have room; more are lower, of which so many have room. */
 const HIGH_LANES = 5;
 const LOW_LANES = 6;
 /** Height of a low lane with its margin (px). */
 const LOW_PX = 14;
-/** Width of a letter of a label, and of what is beside it (px). */
-const LETTER_PX = 6;
+/** Width of what is beside a label (px). */
 const BESIDE_PX = 6;
 
 export interface Lanes {
@@ -30,18 +29,20 @@ export interface Lanes {
   draw(window: TimeSpan, now_s: number): void;
 }
 
-/** The text of a span that is named `name` and has this share of the width. */
-type Label = (span: Span, name: string, share: number) => string;
-
 interface Texts {
   /** Is added to what lasts until the end of the cell. */
   end: string;
-  label: Label;
+  /** What tells the objects apart, by their names. */
+  parts: Map<string, string>;
+  /** Width of the lanes (px). */
+  width: number;
 }
 
 interface Drawn {
   span: Span;
   to_s: number;
+  /** It has no room for its length. */
+  isTiny: boolean;
 }
 
 interface Lane {
@@ -110,13 +111,8 @@ export function mountLanes(context: PanelContext, changed: () => void): Lanes {
       const isOver = context.link === "ended" || context.link === "refused";
       const end = isOver ? " when it ended" : "";
       const parts = ownParts(store.scene?.objects.map(({ name }) => words(name)) ?? []);
-      const label: Label = (span, name, share) => {
-        const letters = (share * width - BESIDE_PX) / LETTER_PX;
-        // As the object is spelled everywhere.
-        if (span.kind === "grip") return shortened(span.label, (parts.get(name) ?? name).replaceAll(" ", "_"), letters);
-        return share > LABEL_SHARE ? name : "";
-      };
-      const shown = lanes.filter((lane) => drawLane(lane, window, { end, label }) || isAlwaysShown(lane.name));
+      const texts = { end, parts, width: width > 0 ? width : USUAL_PX };
+      const shown = lanes.filter((lane) => drawLane(lane, window, texts) || isAlwaysShown(lane.name));
       if (count !== shown.length) {
         count = shown.length;
         tellMore();
@@ -158,42 +154,63 @@ function place(time_s: number, { first, last }: TimeSpan): number {
 }
 
 /** Draws the spans of a lane that are in `window`; whether there is one. */
-function drawLane({ spans, row, nodes }: Lane, window: TimeSpan, { end, label }: Texts): boolean {
+function drawLane({ spans, row, nodes }: Lane, window: TimeSpan, texts: Texts): boolean {
   let any = false;
+  /** Where the last tiny span is (px). */
+  let tiny_px = -Infinity;
+  const scale = texts.width / (window.last - window.first);
   for (const [index, span] of spans.entries()) {
     const next = spans[index + 1]?.from_s;
     const to_s = Math.max(next ?? window.last, span.from_s);
     const isSeen = span.label !== "" && to_s > window.first && span.from_s < window.last;
     any ||= isSeen;
-    const node = isSeen ? bar(nodes.get(span), { span, to_s }, window, { end: next === undefined ? end : "", label }) : null;
-    if (node === null) {
+    const from_px = (Math.max(span.from_s, window.first) - window.first) * scale;
+    const isTiny = (Math.min(to_s, window.last) - window.first) * scale - from_px < TINY_PX;
+    // One that tells of a failure is never left out.
+    const isDrawn = isSeen && (!isTiny || span.tone === "bad" || from_px - tiny_px >= TINY_PX);
+    if (!isDrawn) {
       nodes.get(span)?.remove();
       nodes.delete(span);
-    } else if (!nodes.has(span)) {
-      nodes.set(span, node);
-      row.insertBefore(node, row.lastElementChild);
+      continue;
     }
+    if (isTiny) tiny_px = from_px;
+    const known = nodes.get(span);
+    const node = bar(known, { span, to_s, isTiny }, window, { ...texts, end: next === undefined ? texts.end : "" });
+    if (known !== undefined) continue;
+    nodes.set(span, node);
+    row.insertBefore(node, row.lastElementChild);
   }
   return any;
 }
 
 /** A span as it is now, in `known` where it was drawn before. */
-function bar(known: HTMLElement | undefined, { span, to_s }: Drawn, window: TimeSpan, { end, label }: Texts): HTMLElement | null {
+function bar(known: HTMLElement | undefined, { span, to_s, isTiny }: Drawn, window: TimeSpan, texts: Texts): HTMLElement {
   const from = Math.max(span.from_s, window.first);
   const to = Math.min(to_s, window.last);
-  const share = (to - from) / (window.last - window.first);
-  // A process that was down for a moment is to be seen.
-  if (share < LEAST_SHARE && span.kind !== "process") return null;
+  const share = Math.max(to - from, 0) / (window.last - window.first);
   const node = known ?? el("i", { "data-kind": span.kind, "data-tone": span.tone });
   const colour = span.kind === "phase" ? phaseColour(span.label) : "";
   if (node.dataset.colour !== colour) {
     node.dataset.colour = colour;
     node.style.setProperty("--phase", colour);
   }
-  const name = span.kind === "task" && end !== "" ? `${span.label}${end}` : span.label;
-  setTitle(node, `${name}\n${span.from_s.toFixed(2)} s to ${to_s.toFixed(2)} s (${(to_s - span.from_s).toFixed(2)} s)`);
-  node.style.left = `${place(from, window)}%`;
-  node.style.width = `${Math.max(100 * share, 0.15)}%`;
-  setText(node, label(span, words(name), share));
+  const names = labels(span, texts);
+  setTitle(node, `${span.kind === "task" ? names[0] : span.label}\n${span.from_s.toFixed(2)} s to ${to_s.toFixed(2)} s (${(to_s - span.from_s).toFixed(2)} s)`);
+  const text = isTiny ? "" : fitted(names, share * texts.width - BESIDE_PX);
+  node.classList.toggle("tiny", isTiny);
+  node.classList.toggle("blank", text === "");
+  const left = `${place(from, window)}%`;
+  node.style.left = isTiny ? `min(${left}, 100% - ${TINY_PX}px)` : left;
+  node.style.width = `${100 * share}%`;
+  setText(node, text);
   return node;
+}
+
+/** Texts of a span, the longest one first. */
+function labels(span: Span, { end, parts }: Texts): string[] {
+  const name = words(span.label);
+  // As the object is spelled everywhere.
+  if (span.kind === "grip") return [span.label, (parts.get(name) ?? name).replaceAll(" ", "_")];
+  if (span.kind !== "task" || end === "") return [name];
+  return [`${name}${end}`, span.label === "running" ? "ended" : name];
 }

@@ -4,11 +4,18 @@ import { lasting } from "../../net/wrong";
 import type { PanelContext } from "../context";
 import { el } from "../dom";
 import { openIncident } from "../incident/index";
+import { movedApart, type Place } from "./apart";
 
 /** Incidents closer than this have one mark, so that each can be pressed (pixels). */
 const APART_PX = 24;
 
 const SAME_END_S = 0.2;
+/** Widths with a gap (pixels). */
+const MARK_PX = 13;
+const BEFORE_PX = 26;
+const INCIDENT_PX = 21;
+/** What an operator or the task did; the others tell how the task ended, and what went wrong. */
+const QUIET = new Set(["hand", "reset", "resync", "abort", "recover", "part"]);
 
 /** A line and where it is marked. */
 interface Seen {
@@ -22,6 +29,8 @@ interface Mark {
   /** The same mark is the same node: what is pressed is not replaced meanwhile. */
   key: string;
   time_s: number;
+  width_px: number;
+  isQuiet: boolean;
   make: () => HTMLElement;
 }
 
@@ -51,14 +60,22 @@ export function drawnMarks(context: PanelContext, host: HTMLElement, span: () =>
     const apart_s = hasIncident ? (APART_PX / width) * (last - first) : 0;
     const marks = [...seen.filter(({ line }) => line.incident === undefined).map(plain), ...incidents(context, seen, apart_s)];
     const shown = new Map(marks.map((mark) => [mark.key, nodes.get(mark.key) ?? mark.make()]));
-    for (const { key, time_s } of marks) {
-      const node = shown.get(key);
-      if (node !== undefined) node.style.setProperty("--at", `${(100 * (time_s - first)) / (last - first)}%`);
-    }
+    place(marks, shown, (time_s) => (time_s - first) / (last - first), width);
     const isSame = shown.size === nodes.size && [...shown.keys()].every((key) => nodes.has(key));
     if (!isSame) replace(host, nodes, shown);
     nodes = shown;
   };
+}
+
+/** Puts each where its time is, and those that would cover each other apart. */
+function place(marks: Mark[], nodes: Map<string, HTMLElement>, share: (time_s: number) => number, width: number): void {
+  // Equal ones have one node.
+  const all = [...new Map(marks.map((mark) => [mark.key, mark])).values()];
+  const places = new Map(all.map((mark): [Place, Mark] => [{ ...mark, at_px: share(mark.time_s) * width }, mark]));
+  const moved = width > 1 ? movedApart([...places.keys()], width) : new Map<Place, number>();
+  for (const [at, { key, time_s }] of places) {
+    nodes.get(key)?.style.setProperty("--at", `calc(${(100 * share(time_s)).toFixed(3)}% + ${(moved.get(at) ?? 0).toFixed(1)}px)`);
+  }
 }
 
 /** Leaves the nodes that stay where they are: they may have the focus. */
@@ -73,10 +90,13 @@ function replace(host: HTMLElement, before: Map<string, HTMLElement>, after: Map
 
 function plain({ line, at_s, isBefore = false }: Seen): Mark {
   const title = isBefore ? `${told(line)}\nearlier than the bar begins; it lasts` : told(line);
-  const symbol = () => el("i", { "data-mark": line.mark ?? "", title });
+  const isQuiet = QUIET.has(line.mark ?? "");
+  const symbol = () => el("i", { "data-mark": line.mark ?? "", class: isQuiet ? "quiet" : false, title });
   return {
     key: `${line.mark} ${title}`,
     time_s: at_s,
+    width_px: isBefore ? BEFORE_PX : MARK_PX,
+    isQuiet: !isBefore && isQuiet,
     make: () => (isBefore ? el("span", { class: "before", title }, "‹", symbol()) : symbol()),
   };
 }
@@ -94,6 +114,8 @@ function incidents(context: PanelContext, seen: Seen[], apart_s: number): Mark[]
     // Failures within a second are one incident and may still be apart on the bar.
     key: `incident ${group.map(({ line }) => told(line)).join(" ")}`,
     time_s: group[0]?.at_s ?? 0,
+    width_px: INCIDENT_PX,
+    isQuiet: false,
     make: () => opener(context, group.map(({ line }) => line)),
   }));
 }

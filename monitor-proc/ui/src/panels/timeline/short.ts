@@ -12,12 +12,38 @@ export function ownParts(names: string[]): Map<string, string> {
   return new Map(all.map((words) => [words.join(" "), words.slice(first, words.length - last).join(" ")]));
 }
 
-/** `name` in so many letters; else its `own` part, which is shortened in the middle. */
-export function shortened(name: string, own: string, letters: number): string {
-  if (name.length <= letters) return name;
-  if (own.length <= letters) return own;
-  const room = Math.floor(letters) - 1;
-  if (room < 2) return "";
-  const head = Math.floor(room / 2);
-  return `${own.slice(0, head)}…${own.slice(head - room)}`;
+/** The font of the lanes. */
+const FONT = "11px system-ui, sans-serif";
+/** Fewer letters of a name tell nothing. */
+const LEAST_LETTERS = 3;
+/** Names of long runs are many. */
+const MOST_KNOWN = 5000;
+
+const known = new Map<string, number>();
+let pen: CanvasRenderingContext2D | null = null;
+
+function widthOf(text: string): number {
+  const before = known.get(text);
+  if (before !== undefined) return before;
+  if (pen === null) {
+    pen = document.createElement("canvas").getContext("2d");
+    if (pen !== null) pen.font = FONT;
+  }
+  const width = Math.ceil(pen?.measureText(text).width ?? 0);
+  if (known.size > MOST_KNOWN) known.clear();
+  known.set(text, width);
+  return width;
+}
+
+/** The first of `texts` that fits; else the last one, cut at its end, or nothing. */
+export function fitted(texts: string[], room_px: number): string {
+  if (room_px <= 0) return "";
+  const whole = texts.find((text) => widthOf(text) <= room_px);
+  if (whole !== undefined) return whole;
+  const last = texts.at(-1) ?? "";
+  for (let letters = last.length - 1; letters >= LEAST_LETTERS; letters--) {
+    const text = `${last.slice(0, letters).trimEnd()}…`;
+    if (widthOf(text) <= room_px) return text;
+  }
+  return "";
 }

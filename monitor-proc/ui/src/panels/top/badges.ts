@@ -26,7 +26,7 @@ export function badges(context: PanelContext): HTMLElement {
     const [name, tone, about] = RT[kind];
     setText(rt, name);
     // Nothing is scheduled in a cell that is paused or has ended.
-    setAttr(rt, "data-tone", tone === "ok" && (context.paused || context.isStale) ? null : tone);
+    setAttr(rt, "data-tone", context.isStale || (tone === "ok" && context.paused) ? null : tone);
     setTitle(rt, about);
   };
   const showLink = () => {

@@ -1,10 +1,10 @@
 // How near the load of a suction cup is to its break limit: a ring around the cup
 // and the percentage beside it.
-import { Group, Quaternion, Vector3 } from "three";
-import type { Snapshot } from "../../net/snapshot";
+import { Box3, Group, Quaternion, Vector3 } from "three";
+import type { ArmState, Snapshot } from "../../net/snapshot";
 import { place } from "../body";
 import type { Cell } from "../cell";
-import type { Labels } from "../labels";
+import type { About, Labels } from "../labels";
 import type { Overlay } from "./overlay";
 import { Ring } from "./ring";
 
@@ -17,6 +17,30 @@ const TONES: [number, number, string][] = [
 /** Beside the cup, which it does not cover. */
 const ABOVE_M = 0.05;
 const RING_AXIS = new Vector3(0, 0, 1);
+
+/** Points on the way from one link to the next one. */
+const PER_LINK = 5;
+
+/** The object and its cup, which the text is about, and the arm. */
+function about(cell: Cell, index: number, { held, tcp }: ArmState): About {
+  const body = cell.body(cell.scene.objects[held ?? -1]?.name ?? "");
+  const box = body == null ? null : new Box3().setFromObject(body.group);
+  const corners = box === null ? [] : [0, 1, 2, 3, 4, 5, 6, 7].map((bits) => corner(box, bits));
+  const links = cell.robot(index)?.chain() ?? [];
+  const tool = new Vector3(...tcp.slice(0, 3));
+  const wrist = links.slice(0, 1);
+  const near = [tool, ...links].flatMap((at, link, all) => {
+    const next = all[link + 1] ?? at;
+    return Array.from({ length: PER_LINK }, (_, step) => at.clone().lerp(next, step / PER_LINK));
+  });
+  return { shape: [...corners, ...wrist, tool], near };
+}
+
+/** One of the eight corners of `box`. */
+function corner({ min, max }: Box3, bits: number): Vector3 {
+  const side = (axis: number) => ((bits >> axis) & 1) === 1;
+  return new Vector3(side(0) ? max.x : min.x, side(1) ? max.y : min.y, side(2) ? max.z : min.z);
+}
 
 export class Suction implements Overlay {
   readonly name = "suction";
@@ -38,7 +62,7 @@ export class Suction implements Overlay {
       ring.root.quaternion.multiply(new Quaternion().setFromUnitVectors(RING_AXIS, axis));
       ring.show(load, colour);
       const at = new Vector3(...arm.tcp.slice(0, 3)).setZ(arm.tcp[2] + ABOVE_M);
-      const label = labels.show(`suction ${name}`, `load ${(100 * load).toFixed(0)} % of break limit`, at, `load ${tone}`);
+      const label = labels.show(`suction ${name}`, `load ${(100 * load).toFixed(0)} % of break limit`, at, `load ${tone}`, about(cell, index, arm));
       label.style.setProperty("--load", `${(100 * load).toFixed(0)}%`);
     });
   }

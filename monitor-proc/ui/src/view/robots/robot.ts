@@ -95,6 +95,17 @@ export class Robot {
     return Object.fromEntries(all);
   }
 
+  /** Where its links are drawn, from the one that has the tool to the base, in the world (m). */
+  chain(): Vector3[] {
+    this.root.updateWorldMatrix(true, true);
+    const links: Object3D[] = Object.values(this.urdf.links);
+    const all: Vector3[] = [];
+    for (let link: Object3D | null = this.link(this.spec.tool_link); link !== null; link = link.parent) {
+      if (links.includes(link)) all.push(new Vector3().setFromMatrixPosition(link.matrixWorld));
+    }
+    return all;
+  }
+
   /** How far its tool comes from the axis of its first joint, at most (m). */
   reach(): number {
     this.root.updateWorldMatrix(true, true);

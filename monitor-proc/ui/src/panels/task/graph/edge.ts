@@ -1,6 +1,6 @@
 // The ways between the states of a machine.
 import { svg } from "../../dom";
-import type { LaidEdge, Point } from "./machine-layout";
+import { LABEL_CHAR_PX, LABEL_HEIGHT_PX, type LaidEdge, type Point } from "./machine-layout";
 
 let drawings = 0;
 
@@ -14,11 +14,15 @@ export function drawHead(): { defs: SVGDefsElement; head: string } {
 
 export function drawEdge(edge: LaidEdge, head: string): SVGGElement {
   const path = svg("path", { d: curve(edge.points), "marker-end": `url(#${head})`, fill: "none" });
-  const node = svg("g", { class: "edge" }, svg("title", {}, edge.about), path);
-  if (edge.at !== null) {
-    node.append(svg("text", { x: edge.at.x, y: edge.at.y + 3, class: "edge-label" }, edge.text));
-  }
-  return node;
+  return svg("g", { class: "edge" }, svg("title", {}, edge.about), path);
+}
+
+/** What is written on an edge, on a ground that hides the edges that cross it; null where nothing is. */
+export function drawLabel({ at, text, about }: LaidEdge): SVGGElement | null {
+  if (at === null) return null;
+  const width = LABEL_CHAR_PX * text.length + 2;
+  const ground = svg("rect", { x: at.x - width / 2, y: at.y - LABEL_HEIGHT_PX / 2, width, height: LABEL_HEIGHT_PX, class: "ground" });
+  return svg("g", { class: "edge" }, svg("title", {}, about), ground, svg("text", { x: at.x, y: at.y + 3, class: "edge-label" }, text));
 }
 
 /** A smooth line through the corners that the layout gave. */

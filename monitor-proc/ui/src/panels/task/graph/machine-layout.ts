@@ -5,7 +5,9 @@ import type { Graph } from "../../../net/protocol";
 const CHAR_PX = 6.6;
 export const LABEL_CHAR_PX = 6.2;
 const NODE_HEIGHT = 26;
-const LABEL_HEIGHT = 14;
+/** Height of what is written on an edge. */
+export const LABEL_HEIGHT_PX = 12;
+const LABEL_HEIGHT = LABEL_HEIGHT_PX + 2;
 const MARGIN_PX = 2;
 /** More labels than this would cover the picture. */
 const MANY_EDGES = 40;

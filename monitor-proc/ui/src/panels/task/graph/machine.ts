@@ -3,18 +3,23 @@
 import { el, setText, svg } from "../../dom";
 import { breakSpot } from "../breaks/dot";
 import { toggleBreak } from "../breaks/state";
-import { drawEdge, drawHead } from "./edge";
-import { type Box, type Layout, layout, LABEL_CHAR_PX } from "./machine-layout";
+import { drawEdge, drawHead, drawLabel } from "./edge";
+import { type Box, type Layout, layout, LABEL_CHAR_PX, LABEL_HEIGHT_PX } from "./machine-layout";
 import { machineMode } from "./mode";
 import type { Span } from "../../../net/protocol";
-import { isPassed, lettersOf, takenOf } from "./letters";
+import { lettersOf } from "./letters";
 import { aboutNode, type GraphView, keyOf, type Place } from "./place";
 import { liveTable } from "./table";
+import { takenOf } from "./taken";
 import { type Bounds, Viewport } from "./viewport";
 
 /** Room for the mark of a breakpoint at the left of a state. */
 const BREAK_PX = 12;
-const LABEL_HEIGHT_PX = 12;
+/** Place of the sign of the end, from the right border of a state. */
+const SIGN_PX = 8;
+
+/** How the task ended in a state, told without colour. */
+const END_SIGNS: Record<string, string> = { S: "✓", F: "✗" };
 
 /** The part of a drawing around a point. */
 function around({ x, y, width, height }: Box): Bounds {
@@ -25,20 +30,23 @@ export function machineView(place: Place): GraphView {
   const drawing = new MachineDrawing(place);
   const table = liveTable(place.context.store, place.at, place.graph);
   const below = el("div", { class: "table-box scroll", tabindex: 0, role: "region", "aria-label": `Table of ${place.graph.name}` }, table.root);
-  // In a narrower window the active column may be out of sight.
-  new ResizeObserver(() => place.context.pulse.measure(table.follow)).observe(below);
   const both = place.graph.edges.length > 0 ? [drawing.root, below] : [drawing.root];
   const shown = { graph: [drawing.root], table: [below] }[machineMode.name] ?? both;
+  const root = el("div", { class: `machine-pane ${machineMode.name}` }, ...shown);
+  const followTable = () => place.context.pulse.measure(table.follow);
+  // In another size what is active may be out of sight.
+  new ResizeObserver(followTable).observe(root);
   return {
-    root: el("div", { class: `machine-pane ${machineMode.name}` }, ...shown),
+    root,
     show: () => {
       drawing.show();
       table.show();
     },
     follow: () => {
       drawing.follow();
-      place.context.pulse.measure(table.follow);
+      followTable();
     },
+    followTable,
     mark: (found) => drawing.mark(found),
     select: (node) => drawing.select(node),
   };
@@ -49,6 +57,7 @@ class MachineDrawing {
   private readonly laid: Layout;
   private readonly nodes: SVGGElement[];
   private readonly edges: SVGGElement[];
+  private readonly labels: (SVGGElement | null)[];
   private spelled: Span[] | null = null;
 
   constructor(private readonly place: Place) {
@@ -58,13 +67,14 @@ class MachineDrawing {
     this.viewport = new Viewport(`${place.name}/${keyOf(place)}`, `The ${graph.kind} ${graph.name}`, this.laid, most);
     const { defs, head } = drawHead();
     this.edges = this.laid.edges.map((edge) => drawEdge(edge, head));
+    this.labels = this.laid.edges.map(drawLabel);
     this.nodes = graph.nodes.map((_, index) => this.node(index));
-    // Boxes are behind the edges, and these behind the states.
+    // Boxes are behind the edges, these behind their labels, and all behind the states.
     const { holds } = this.laid;
     const boxes = this.nodes.filter((_, index) => holds[index]);
     const states = this.nodes.filter((_, index) => !holds[index]);
     this.viewport.world.classList.add("machine");
-    this.viewport.world.append(defs, ...boxes, ...this.edges, ...states);
+    this.viewport.world.append(defs, ...boxes, ...this.edges, ...this.labels.flatMap((label) => label ?? []), ...states);
     this.viewport.onPlaced = (isWhole) => this.hideCut(isWhole);
   }
 
@@ -74,10 +84,10 @@ class MachineDrawing {
       const box = this.laid.nodes[index];
       if (box !== undefined && this.laid.holds[index] !== true) node.classList.toggle("cut", !isWhole(around(box)));
     }
-    for (const [index, node] of this.edges.entries()) {
+    for (const [index, node] of this.labels.entries()) {
       const { at = null, text = "" } = this.laid.edges[index] ?? {};
       if (at === null) continue;
-      node.classList.toggle("cut", !isWhole(around({ ...at, width: LABEL_CHAR_PX * text.length, height: LABEL_HEIGHT_PX })));
+      node?.classList.toggle("cut", !isWhole(around({ ...at, width: LABEL_CHAR_PX * text.length, height: LABEL_HEIGHT_PX })));
     }
   }
 
@@ -103,7 +113,8 @@ class MachineDrawing {
     const letters = lettersOf(context.store, at);
     for (const [index, node] of this.nodes.entries()) {
       node.dataset.status = letters[index] ?? "I";
-      node.classList.toggle("passed", isPassed(graph, letters, index));
+      const sign = node.querySelector(".end-sign");
+      if (sign !== null) setText(sign, END_SIGNS[letters[index] ?? ""] ?? "");
     }
     this.spell();
     const last = takenOf(context.store, at);
@@ -112,7 +123,9 @@ class MachineDrawing {
     // All ways of a matrix from one state to another are one line.
     const same = edges.findIndex((edge) => edge.from === last?.from && edge.to === last.to);
     const taken = named < 0 && graph.kind === "matrix" ? same : named;
-    for (const [index, edge] of this.edges.entries()) edge.classList.toggle("last", index === taken);
+    for (const all of [this.edges, this.labels]) {
+      for (const [index, edge] of all.entries()) edge?.classList.toggle("last", index === taken);
+    }
   }
 
   /** Keeps the active state in sight. */
@@ -155,6 +168,7 @@ class MachineDrawing {
       svg("rect", { x: left, y: top, width: box.width, height: box.height, rx: 6 }),
       // Beside the mark of a breakpoint.
       svg("text", { x: box.x + BREAK_PX / 2, y: isBox ? top + 12 : box.y + 4 }, name),
+      svg("text", { x: left + box.width - SIGN_PX, y: isBox ? top + 12 : box.y + 4, class: "end-sign" }),
       breakSpot(context, name, left + 8, isBox ? top + 9 : box.y),
     );
     const choose = () => {

@@ -3,6 +3,7 @@ import { breakDot } from "../breaks/dot";
 import { el, setAttr, setText } from "../../dom";
 import { aboutNode, type Place } from "./place";
 import { type Shape, signOf } from "./shape";
+import { sinceOf } from "./since";
 
 const MARKS: Record<string, [string, string]> = {
   R: ["▶", "running"],
@@ -15,13 +16,14 @@ export class Line {
   private readonly mark = el("span", { class: "mark", role: "img" });
   private readonly time = el("span", { class: "num dim" });
   private readonly inside = el("span", { class: "inside" });
-  /** Simulated time at which the node began to run. */
-  private since: number | null = null;
+  /** Simulated time since when the node has its status. */
+  private readonly since: () => number | null;
   private letter = "";
   private told = "";
 
   constructor(place: Place, shape: Shape, index: number) {
     const { context, graph } = place;
+    this.since = () => sinceOf(context.store).of(place.at, index);
     const { name = "?", kind = "" } = graph.nodes[index] ?? {};
     const sign = signOf(kind);
     const tellsKind = kind.toLowerCase() !== name.toLowerCase() && sign === "";
@@ -40,14 +42,13 @@ export class Line {
       this.time,
     );
     this.row.style.setProperty("--depth", String(depth));
-    this.show("I", null);
+    this.show("I");
   }
 
-  show(letter: string, now: number | null): void {
+  show(letter: string): void {
     if (this.letter === letter) return;
     this.letter = letter;
     this.row.dataset.status = letter;
-    this.since = letter === "R" ? now : null;
     const [sign, word] = MARKS[letter] ?? ["·", "not ticked"];
     setText(this.mark, sign);
     setAttr(this.mark, "aria-label", word);
@@ -63,8 +64,9 @@ export class Line {
 
   /** Shows for how long the node has run; whether it runs. */
   tellTime(now: number): boolean {
-    const { since } = this;
+    const isRunning = this.letter === "R";
+    const since = isRunning ? this.since() : null;
     setText(this.time, since === null || now < since ? "" : `${(now - since).toFixed(1)} s`);
-    return since !== null;
+    return isRunning;
   }
 }

@@ -44,7 +44,7 @@ export class Outline implements GraphView {
     for (const [index, line] of this.lines.entries()) {
       const letter = letters[index] ?? "I";
       if (letter === this.letters[index]) continue;
-      line.show(letter, store.snapshot?.time ?? null);
+      line.show(letter);
       if (letter === "R") this.timed.add(line);
     }
     this.letters = letters;

@@ -101,6 +101,10 @@ export function graphPane(context: PanelContext, choice: GraphChoice, onNode: (n
   context.store.on("graph", (index) => {
     if (index === choice.index) changed = true;
   });
+  // The lane of the phases may tell the last transition.
+  context.store.on("lanes", () => {
+    changed = true;
+  });
   // The last state of a job that failed is shown as failed.
   let outcome = "";
   context.store.on("status", ({ task }) => {
@@ -111,8 +115,9 @@ export function graphPane(context: PanelContext, choice: GraphChoice, onNode: (n
     if (!changed) return;
     changed = false;
     pane.show();
-    // A person who reads is not led away.
-    if (!root.matches(":hover, :focus-within")) pane.view?.follow();
+    // A person who reads is not led away; a table knows when it was scrolled.
+    if (root.matches(":hover, :focus-within")) pane.view?.followTable?.();
+    else pane.view?.follow();
   });
   draw();
   return root;

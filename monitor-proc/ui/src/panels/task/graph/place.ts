@@ -19,6 +19,8 @@ export interface GraphView {
   show: () => void;
   /** Brings the running node into sight. */
   follow: () => void;
+  /** Brings the active state into sight in the table alone. */
+  followTable?: () => void;
   /** Marks the nodes that were found. */
   mark: (found: ReadonlySet<number>) => void;
   /** Selects a node and brings it into sight. */

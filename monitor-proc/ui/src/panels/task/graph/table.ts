@@ -2,8 +2,10 @@
 // the active state and the cell or row taken last stand out.
 import type { Graph } from "../../../net/protocol";
 import type { Store } from "../../../net/store";
-import { el, revealAcross, setAttr } from "../../dom";
-import { isPassed, lettersOf, takenOf, wayOut } from "./letters";
+import { el, setAttr } from "../../dom";
+import { lettersOf, wayOut } from "./letters";
+import { revealColumns, revealRows, Untouched } from "./table-scroll";
+import { takenOf } from "./taken";
 import { term } from "../../terms";
 
 export interface LiveTable {
@@ -79,35 +81,29 @@ function matrixTable(store: Store, at: number, graph: Graph): LiveTable {
     const letters = lettersOf(store, at);
     const last = takenOf(store, at);
     for (const [index, column] of columns.entries()) {
-      setAttr(column, "data-status", isPassed(graph, letters, index) ? "I" : (letters[index] ?? "I"));
+      setAttr(column, "data-status", letters[index] ?? "I");
     }
     for (const { node, from, event } of cells) {
-      setAttr(node, "data-status", wayOut(letters[from]));
+      setAttr(node, "data-status", letters[from] ?? "I");
       node.classList.toggle("last", last?.from === from && last.label === event);
     }
   };
-  const follow = () => revealAcross(root.parentElement, columns.find((column) => isActive(column)));
+  const untouched = new Untouched(root);
+  const follow = () => {
+    if (!untouched.holds()) return;
+    const last = cells.find(({ node }) => node.classList.contains("last"))?.node;
+    const isNamed = ({ node }: Cell) => isActive(node) && node.childElementCount > 0;
+    const active = cells.filter(isNamed).flatMap(({ node }) => node.parentElement ?? []);
+    const at = columns.find((column) => isActive(column));
+    revealRows(root, rows, [...(last?.parentElement == null ? [] : [last.parentElement]), ...active]);
+    revealColumns(root, columns, [...(at === undefined ? [] : [at]), ...(last === undefined ? [] : [last])]);
+  };
   return { root, show, follow };
 }
 
-/** Scrolls so that `wanted`, the first most of all, are whole under the header, and no other row is cut by it. */
-function revealRows(root: HTMLTableElement, rows: HTMLElement[], wanted: HTMLElement[]): void {
-  const [box, head, first] = [root.parentElement, root.tHead, wanted[0]];
-  if (box === null || head === null || first === undefined || box.clientHeight === 0) return;
-  const room = box.clientHeight - head.offsetHeight;
-  const endOf = (row: HTMLElement) => row.offsetTop + row.offsetHeight;
-  let [top, bottom] = [first.offsetTop, endOf(first)];
-  for (const row of wanted) {
-    const [higher, lower] = [Math.min(top, row.offsetTop), Math.max(bottom, endOf(row))];
-    if (lower - higher <= room) [top, bottom] = [higher, lower];
-  }
-  const start = rows.find((row) => row.offsetTop >= bottom - room) ?? first;
-  const wantedTop = Math.min(start.offsetTop, top) - head.offsetHeight;
-  // Below the last row there is room enough for a whole one under the header.
-  const most = root.offsetHeight - box.clientHeight;
-  root.style.marginBottom = `${Math.max(0, wantedTop - most)}px`;
-  box.scrollTop = wantedTop;
-  revealAcross(box, first);
+/** How the machine ended in a state; null where it did not. */
+function endOf(letter: string | undefined): string | null {
+  return letter === "S" || letter === "F" ? letter : null;
 }
 
 /** The table of a machine: a row a transition. */
@@ -116,8 +112,9 @@ function rowsTable(store: Store, at: number, graph: Graph): LiveTable {
   const rows = graph.edges.map((edge) => {
     const [trigger = "", guard = ""] = edge.label.split(/ \[|\]/);
     const states = [el("td", {}, name(edge.from)), el("td", {}, `→ ${name(edge.to)}`)];
+    const [start, end] = states;
     const node = el("tr", {}, ...states, el("td", {}, breakable(trigger)), el("td", { class: "dim" }, breakable(guard)));
-    return { edge, node };
+    return { edge, node, start, end };
   });
   const head = ["from", "to", "trigger", "guard"].map((text) => el("th", { scope: "col" }, term(text)));
   const root = el(
@@ -129,17 +126,23 @@ function rowsTable(store: Store, at: number, graph: Graph): LiveTable {
   const show = () => {
     const letters = lettersOf(store, at);
     const last = takenOf(store, at);
-    for (const { edge, node } of rows) {
+    for (const { edge, node, start, end } of rows) {
       setAttr(node, "data-status", wayOut(letters[edge.from]));
       const same = last?.from === edge.from && last.to === edge.to && last.label === edge.label;
       node.classList.toggle("last", same);
+      // The state in which the machine ended; only the way that led there ends in it.
+      if (start !== undefined) setAttr(start, "data-end", endOf(letters[edge.from]));
+      if (end !== undefined) setAttr(end, "data-end", same ? endOf(letters[edge.to]) : null);
     }
   };
+  const untouched = new Untouched(root);
   const follow = () => {
+    if (!untouched.holds()) return;
     const nodes = rows.map(({ node }) => node);
     const active = nodes.filter(isActive);
     const last = nodes.find((node) => node.classList.contains("last"));
-    revealRows(root, nodes, [...active.slice(0, 1), ...(last === undefined ? [] : [last]), ...active.slice(1)]);
+    const ended = rows.filter(({ start }) => start?.dataset.end !== undefined).map(({ node }) => node);
+    revealRows(root, nodes, [...active.slice(0, 1), ...(last === undefined ? [] : [last]), ...active.slice(1), ...ended]);
   };
   return { root, show, follow };
 }

@@ -1,0 +1,38 @@
+// A reset of the task begins its states again. What is between, for less than a decision of the task or two, is seen or
+// not: by the times of the resets the lanes of a cell, of its history and of a recording are the same.
+import type { Span } from "./protocol";
+
+/** A recording tells its states at so many moments at most, whose distance is not less (s). */
+const MOMENTS = 4000;
+const LEAST_S = 0.05;
+/** A state that follows a reset may begin so much before its line (s). */
+const BEFORE_S = 0.02;
+
+type Add = (like: Span, change: Partial<Span>) => Span;
+
+/** `lane`, of the task or of a phase, cut at each of `resets` (s); `length_s`: of all that is recorded. */
+export function withResets(lane: Span[], resets: number[], length_s: number, add: Add): Span[] {
+  const after_s = Math.max(LEAST_S, length_s / MOMENTS) + BEFORE_S;
+  return resets.reduce((cut, at_s) => cutAt(cut, at_s, after_s, add), lane);
+}
+
+function cutAt(lane: Span[], at_s: number, after_s: number, add: Add): Span[] {
+  const isNear = (span: Span | undefined) => span !== undefined && span.from_s >= at_s - BEFORE_S && span.from_s <= at_s + after_s;
+  const first = lane.findIndex(isNear);
+  if (first < 0) {
+    const after = lane.filter(({ from_s }) => from_s < at_s).length;
+    const span = lane[after - 1];
+    if (span === undefined || span.label === "") return lane;
+    return [...lane.slice(0, after), add(span, { from_s: at_s }), ...lane.slice(after)];
+  }
+  let begin = first;
+  while (isBetween(lane[begin]) && isNear(lane[begin + 1])) begin++;
+  const span = lane[begin];
+  if (span === undefined) return lane;
+  return [...lane.slice(0, first), span.from_s === at_s ? span : add(span, { from_s: at_s }), ...lane.slice(begin + 1)];
+}
+
+/** Whether it may be what a task is for a moment while it is reset. */
+function isBetween(span: Span | undefined): boolean {
+  return span?.label === "" || (span?.kind === "task" && span.label === "idle");
+}
