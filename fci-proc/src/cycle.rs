@@ -55,7 +55,7 @@ pub struct Cycle {
     memory: Memory,
 }
 
-/// What it remembers beside arm and hand.
+/// Its memory, without that of arm and hand.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Memory {
     /// Generation of physics and tick that were answered last.

@@ -51,7 +51,7 @@ wire! {
 }
 
 impl ClientInput {
-    /// What was received.
+    /// The received bytes.
     pub fn bytes(&self) -> &[u8] {
         // Bounded here as well: one from a recording may be read before it is validated.
         &self.bytes[..(self.len as usize).min(CLIENT_BYTES)]

@@ -84,7 +84,7 @@ impl TraceModel {
                 self.letter(graph, node, letter, text);
             }
             Some(TraceKind::Statuses) => {
-                // What is left before what is entered, whichever of both has the lower number.
+                // A state that is left comes before the one that is entered, in any order of their numbers.
                 for leaves in [true, false] {
                     for (offset, letter) in text.bytes().enumerate() {
                         let (node, letter) = (node.saturating_add(offset), page_letter(letter));

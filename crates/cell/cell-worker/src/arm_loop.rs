@@ -1,6 +1,6 @@
 //! What the loops that command an arm have in common: states in, a command and a status out.
 //!
-//! A new kind of controller for an arm needs its cycle, and what it waits for beside the state.
+//! A new kind of controller for an arm adds its cycle, and its waits for other inputs.
 
 use cell_bus::{Bus, BusError, Doorbell, Publisher, Subscriber};
 use cell_rt::Clock;

@@ -211,7 +211,7 @@ impl Arm {
         })
     }
 
-    /// What it remembers: an arm of the same robot that is given it continues alike.
+    /// Its memory: an arm of the same robot that resumes from it gives the same commands.
     pub fn memory(&self) -> &ArmMemory {
         &self.memory
     }
