@@ -101,10 +101,7 @@ pub fn run(start: &Start) -> Result<(), ProcessError> {
         while !stop_requested() {
             process.update();
         }
-        // The last lines still have to be written.
-        process.drain();
-        process.report_incidents(true);
-        process.record_page();
+        process.finish();
         Ok(())
     })
 }
@@ -182,6 +179,29 @@ impl MonitorProcess {
 
     fn update(&mut self) {
         let start_ns = monotonic_ns();
+        self.publish(start_ns);
+        // A sleeping process has no deadline, so its lateness is 0.
+        let now_ns = monotonic_ns();
+        self.health.cycle(self.tick, start_ns, 0, [0.0; 4], now_ns);
+        let counts = self.trace.counts();
+        self.health.totals(0, counts.rejected, counts.fenced);
+        self.note_problem();
+        self.health.publish_if_due(self.tick, now_ns);
+        let idle_ns = self.publisher.idle_ns(now_ns);
+        // The page's rate or the longest pause: a cell without a page wakes 20 times a second.
+        sleep_until(now_ns + idle_ns.min(LONGEST_NS));
+    }
+
+    /// The last state is shown, and the last lines are written.
+    fn finish(&mut self) {
+        self.publisher.set_due();
+        self.publish(monotonic_ns());
+        self.report_incidents(true);
+        self.record_page();
+    }
+
+    /// Takes what is new and shows it.
+    fn publish(&mut self, start_ns: u64) {
         // First, so that lines drained below are assigned to the right epoch.
         if let Some(state) = self.state.take() {
             self.tick = state.header.tick;
@@ -205,16 +225,6 @@ impl MonitorProcess {
         self.files.append(&lines, &spans);
         let own = spans.into_iter().filter(|span| !span.is_recorded());
         self.spans.extend(own);
-        // A sleeping process has no deadline, so its lateness is 0.
-        let now_ns = monotonic_ns();
-        self.health.cycle(self.tick, start_ns, 0, [0.0; 4], now_ns);
-        let counts = self.trace.counts();
-        self.health.totals(0, counts.rejected, counts.fenced);
-        self.note_problem();
-        self.health.publish_if_due(self.tick, now_ns);
-        let idle_ns = self.publisher.idle_ns(now_ns);
-        // The page's rate or the longest pause: a cell without a page wakes 20 times a second.
-        sleep_until(now_ns + idle_ns.min(LONGEST_NS));
     }
 
     /// Shows new failures, and records the incidents that are complete, or `at_end` all.

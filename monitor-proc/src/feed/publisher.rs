@@ -114,6 +114,11 @@ impl Publisher {
         next.saturating_sub(now_ns)
     }
 
+    /// Makes a frame and a status message due.
+    pub fn set_due(&mut self) {
+        (self.next_frame_ns, self.next_status_ns) = (0, 0);
+    }
+
     /// The last world that was read.
     pub fn world(&self) -> Option<&WorldState> {
         self.world.get()

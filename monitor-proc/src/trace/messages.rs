@@ -19,15 +19,21 @@ impl TraceModel {
             // The rest of the picture will follow.
             self.changes.graphs = changes.graphs;
         }
-        out.extend(
-            changes
-                .letters
-                .iter()
-                .filter_map(|g| self.statuses_message(*g)),
-        );
+        for graph in &changes.letters {
+            let mut message = self.statuses_message(*graph);
+            if let Some(message) = &mut message {
+                let started = changes.started.range((*graph, 0)..(graph + 1, 0));
+                message["started"] = started.map(|(_, node)| *node).collect();
+            }
+            out.extend(message);
+        }
         out.extend(changes.taken.iter().filter_map(|g| self.edge_message(*g)));
         for graph in 0..self.pictures.len() {
             out.extend(self.values_message(graph, Some(&changes)));
+        }
+        // The time of what changed; a late joiner is told no time, since it is not known.
+        for message in &mut out {
+            message["time_s"] = json!(self.time_s);
         }
         if !changes.lines.is_empty() {
             out.push(json!({ "t": "log", "lines": changes.lines }));

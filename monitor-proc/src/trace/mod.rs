@@ -41,6 +41,8 @@ const RESEND_S: f64 = 0.5;
 struct Changes {
     graphs: bool,
     letters: BTreeSet<usize>,
+    /// Nodes, with their picture, that began to run, also those that had run before.
+    started: BTreeSet<(usize, usize)>,
     taken: BTreeSet<usize>,
     keys: BTreeSet<(usize, String)>,
     guards: BTreeSet<(usize, String)>,
@@ -57,6 +59,8 @@ pub struct TraceModel {
     own: Vec<Value>,
     /// Generation of physics of the lines; unknown in a recording.
     epoch: Option<u32>,
+    /// Simulated time of the newest line (s).
+    time_s: f64,
     /// Limits that were exceeded, each reported once.
     exceeded: BTreeSet<&'static str>,
 }
@@ -72,6 +76,7 @@ impl TraceModel {
         let (graph, node) = (line.graph as usize, line.node as usize);
         let text = line.text.as_str();
         let time_s = seconds(line);
+        self.time_s = time_s;
         match TraceKind::from_code(line.kind) {
             Some(kind) if kind.is_for_people() => self.keep(log_line(line)),
             Some(TraceKind::Node) => self.node(graph, node, line),
@@ -167,11 +172,11 @@ impl TraceModel {
         }
     }
 
-    /// Whether with `letter` a running node ends.
+    /// Whether with `letter` a node is left.
     fn is_left(&self, graph: usize, node: usize, letter: u8) -> bool {
         let picture = self.pictures.get(graph);
         let known = picture.and_then(|picture| picture.letters.get(node));
-        known == Some(&b'R') && letter != b'R'
+        known.is_some_and(|known| leaves(*known, letter))
     }
 
     fn letter(&mut self, graph: usize, node: usize, letter: u8, reason: &str) {
@@ -187,12 +192,15 @@ impl TraceModel {
         };
         let before = std::mem::replace(known, letter);
         self.changes.letters.insert(graph);
+        if letter == b'R' {
+            self.changes.started.insert((graph, node));
+        }
         // A tree has no edges, so no transition is searched for.
         if picture.edges.is_empty() {
             return;
         }
         // A transition is two lines: one state is left, another is entered.
-        if letter != b'R' && before == b'R' {
+        if leaves(before, letter) {
             picture.left = Some(node);
         // The last state of a job has succeeded, or failed, as soon as it is entered.
         } else if letter != b'I'
@@ -346,6 +354,12 @@ fn line_of(time_s: f64, kind: &str, event: TraceEvent, text: &str) -> Value {
 /// Simulated time of a line (s).
 fn seconds(line: &TraceLine) -> f64 {
     line.header.sim_time_ns as f64 * 1.0e-9
+}
+
+/// Whether the status of a state from `before` to `letter` says that the state is left. The last
+/// state of a job succeeds or fails while it is active; it is left when it becomes idle.
+fn leaves(before: u8, letter: u8) -> bool {
+    (before == b'R' && letter != b'R') || (before != b'I' && letter == b'I')
 }
 
 /// The page has four letters: a node that is halting still runs.

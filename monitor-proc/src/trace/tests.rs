@@ -60,6 +60,17 @@ fn the_way_into_the_last_state_is_shown() {
 }
 
 #[test]
+fn the_way_out_of_the_last_state_is_shown() {
+    let mut trace = machine();
+    trace.take(&line(TraceKind::Edge, 0, 1, 0, "again"));
+    trace.take(&line(TraceKind::Statuses, 0, 0, 0, "-S"));
+    trace.take_changes();
+    trace.take(&line(TraceKind::Statuses, 0, 0, 0, "R-"));
+    let edge = trace.take_changes().into_iter().find(|m| m["t"] == "edge");
+    assert_eq!(edge.expect("an edge")["label"], "again");
+}
+
+#[test]
 fn the_way_back_to_a_state_of_lower_number_is_shown() {
     let mut trace = machine();
     trace.take(&line(TraceKind::Edge, 0, 1, 0, "back"));
@@ -158,12 +169,34 @@ fn only_what_changed_is_told_and_a_late_joiner_is_told_all() {
     let changes = trace.take_changes();
     assert_eq!(
         changes,
-        [json!({ "t": "guards", "graph": 0, "values": { "shut": false } })]
+        [json!({ "t": "guards", "graph": 0, "values": { "shut": false }, "time_s": 0.0 })]
     );
     let all = trace.full_state();
     assert_eq!(kinds(&all), ["graphs", "statuses", "keys", "guards", "log"]);
     assert_eq!(all[4]["lines"][0]["mark"], "drop");
     assert_eq!(all[4]["lines"][0]["text"], "<script>alert(1)</script>");
+}
+
+#[test]
+fn a_change_has_its_time_and_a_node_that_runs_again_is_told() {
+    let mut trace = machine();
+    trace.take(&line(TraceKind::Statuses, 0, 0, 0, "R-"));
+    trace.take_changes();
+    for (time_ns, status) in [(1_500_000_000, 2), (1_510_000_000, 1)] {
+        let mut change = line(TraceKind::Status, 0, 1, status, "");
+        change.header.sim_time_ns = time_ns;
+        trace.take(&change);
+    }
+    let changes = trace.take_changes();
+    let statuses = changes.iter().find(|m| m["t"] == "statuses").unwrap();
+    assert_eq!(
+        (&statuses["letters"], &statuses["started"]),
+        (&json!("RI"), &json!([0]))
+    );
+    assert_eq!(statuses["time_s"], 1.51);
+    let known = trace.full_state();
+    let known = known.iter().find(|m| m["t"] == "statuses").unwrap();
+    assert!(known["time_s"].is_null() && known["started"].is_null());
 }
 
 #[test]

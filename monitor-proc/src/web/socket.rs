@@ -12,29 +12,26 @@ use std::time::Duration;
 
 use axum::body::Bytes;
 use axum::extract::ws::{Message, Utf8Bytes, WebSocket, WebSocketUpgrade};
-use futures_util::stream::{SplitSink, SplitStream};
+use futures_util::stream::SplitSink;
 use futures_util::{SinkExt, StreamExt};
-use serde_json::{Value, json};
+use serde_json::json;
 use tokio::sync::broadcast::error::RecvError;
-use tokio::sync::{Semaphore, mpsc, oneshot, watch};
-use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
+use tokio::sync::{mpsc, oneshot, watch};
+use tokio::time::{MissedTickBehavior, interval, timeout};
 
+use self::reader::Reader;
 use super::state::AppState;
 use crate::feed::broadcast::Subscription;
-use crate::page::command::{self, Command, Order, PlayOrder};
-use crate::page::queue::{Answer, Reply};
-use crate::page::rate::RateLimit;
 use crate::page::role::Role;
-use crate::timeline::scrub::{PastMoment, Scrubber, SeekTarget};
+use crate::timeline::scrub::PastMoment;
+
+mod reader;
 
 /// Largest message of a page (bytes).
 // Commands only; the library's default of 64 MiB would be reserved for one page.
 const MAX_MESSAGE: usize = 64 << 10;
 /// Largest number of bytes waiting to be written; a scene is the largest message.
 const MAX_WAITING: usize = 1 << 20;
-/// Commands of one page that are under way at a time.
-// More are refused: a person waits for the answer to one.
-const MAX_UNDER_WAY: usize = 8;
 /// Answers waiting to be written.
 // Beyond it commands wait, which slows down a page that floods.
 const MAX_ANSWERS: usize = 64;
@@ -87,14 +84,7 @@ pub(super) async fn serve(socket: WebSocket, state: Arc<AppState>, role: Role) {
         is_alive: is_alive.clone(),
         missed_pings: 0,
     };
-    let reader = Reader {
-        state,
-        role,
-        out,
-        under_way: Arc::new(Semaphore::new(MAX_UNDER_WAY)),
-        scrubber: None,
-        start: Instant::now(),
-    };
+    let reader = Reader::new(state, role, out);
     // Either half ends the page: the writer when sending fails, the reader when the page ends.
     let mut writing = std::pin::pin!(writer.run(subscription, closed));
     tokio::select! {
@@ -135,14 +125,20 @@ impl Writer {
         ping.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
             let continues = tokio::select! {
-                // In this order: an end comes first, answers before messages, and frames last, as
-                // only they may be skipped.
+                // In this order: an end comes first, with what waits; answers before messages, and frames last, as
+                // only they may be skipped; at most one message is sent without the frame that
+                // waits beside it.
                 biased;
                 why = &mut closed => return self.close(why.ok().flatten()).await,
-                why = closed_for(&mut updates.close_reason) => return self.close(Some(why)).await,
+                why = closed_for(&mut updates.close_reason) => {
+                    let is_sent = self.rest(&mut updates).await;
+                    return self.close(Some(why).filter(|_| is_sent)).await;
+                }
                 Some(out) = self.outgoing.recv() => self.out(out, &mut updates.frames).await,
                 message = updates.messages.recv() => match message {
-                    Ok(text) => self.text(text).await,
+                    // A page that reads slowly has messages waiting at all times: without a
+                    // frame between them its clock would be behind its log by seconds.
+                    Ok(text) => self.text(text).await && self.waiting_frame(&mut updates.frames).await,
                     // The page was too slow for the messages: it gets the
                     // whole state instead of a gap.
                     Err(RecvError::Lagged(_)) => self.send_state().await,
@@ -182,6 +178,25 @@ impl Writer {
             }
         }
         true
+    }
+
+    /// Sends what waits: the end of a cell is shown as it was.
+    async fn rest(&mut self, updates: &mut Subscription) -> bool {
+        while let Ok(text) = updates.messages.try_recv() {
+            if !self.text(text).await {
+                return false;
+            }
+        }
+        self.waiting_frame(&mut updates.frames).await
+    }
+
+    /// Sends the newest frame of the present if the page has not got it.
+    async fn waiting_frame(&mut self, live: &mut watch::Receiver<Bytes>) -> bool {
+        if self.past.is_some() || !live.has_changed().unwrap_or(false) {
+            return true;
+        }
+        let frame = live.borrow_and_update().clone();
+        self.send(Message::Binary(frame)).await
     }
 
     /// The message about a moment is sent before its frame.
@@ -258,142 +273,4 @@ async fn changed<T: Clone>(shown: &mut watch::Receiver<T>) -> T {
         std::future::pending::<()>().await;
     }
     shown.borrow_and_update().clone()
-}
-
-struct Reader {
-    state: Arc<AppState>,
-    role: Role,
-    out: mpsc::Sender<Out>,
-    under_way: Arc<Semaphore>,
-    scrubber: Option<Scrubber>,
-    start: Instant,
-}
-
-impl Reader {
-    /// Reads until the page closes or has to be closed; then returns the reason.
-    async fn run(
-        mut self,
-        mut stream: SplitStream<WebSocket>,
-        is_alive: &AtomicBool,
-    ) -> Option<&'static str> {
-        let mut limit = RateLimit::new(0.0);
-        while let Some(message) = stream.next().await {
-            is_alive.store(true, Ordering::Release);
-            // Counted before parsing, which is the costly part.
-            if !limit.allows(self.start.elapsed().as_secs_f64()) {
-                return Some("flood");
-            }
-            match message {
-                Ok(Message::Text(text)) => self.command(text.as_str()).await,
-                Ok(Message::Binary(_)) => self.refuse(0, "commands are text").await,
-                Ok(Message::Ping(_) | Message::Pong(_)) => {}
-                Err(error) if is_too_large(&error) => return Some("too large"),
-                Ok(Message::Close(_)) | Err(_) => return None,
-            }
-        }
-        None
-    }
-
-    async fn command(&mut self, text: &str) {
-        let value: Value = match serde_json::from_str(text) {
-            Ok(value) => value,
-            Err(error) => return self.refuse(0, &format!("not JSON: {error}")).await,
-        };
-        // The number first, so that every refusal can name its command.
-        let id = command::id(&value);
-        match command::parse(&value, &self.state.services.names) {
-            Err(why) => self.refuse(id, &why).await,
-            Ok(Command::Again) => {
-                self.hand_over(Out::Again).await;
-                self.answer(id, &Reply::done()).await;
-            }
-            Ok(Command::Seek(order)) => self.seek(id, order).await,
-            Ok(Command::Order(order, description)) => self.order(id, order, &description).await,
-        }
-    }
-
-    async fn order(&mut self, id: u64, order: Order, description: &str) {
-        // Checked here for orders of every kind: viewers only look.
-        if self.role < Role::Operator {
-            let why = "this page may only look; give it the operator's token";
-            return self.refuse(id, why).await;
-        }
-        if let Some(answer) = self.promise(id).await {
-            self.state.services.queue.push(order, description, answer);
-        }
-    }
-
-    /// Another time: of a live cell for this page only, of a replay for all.
-    async fn seek(&mut self, id: u64, order: PlayOrder) {
-        let services = &self.state.services;
-        if !services.incidents.is_live() {
-            return self.order(id, Order::Play(order), "").await;
-        }
-        let open = services.past.clone();
-        // Without a time: back to the present.
-        let Some(time_s) = order.time_s else {
-            self.scrubber = None;
-            self.hand_over(Out::Past(None)).await;
-            return self.answer(id, &Reply::done()).await;
-        };
-        // One thread per page that shows the past, started with its first request.
-        if self.scrubber.is_none() {
-            match Scrubber::start(open) {
-                Ok(scrubber) => {
-                    self.hand_over(Out::Past(Some(scrubber.moments()))).await;
-                    self.scrubber = Some(scrubber);
-                }
-                Err(error) => return self.refuse(id, &error.to_string()).await,
-            }
-        }
-        if let Some(answer) = self.promise(id).await
-            && let Some(scrubber) = &self.scrubber
-        {
-            let epoch = order.epoch;
-            scrubber.seek(SeekTarget { epoch, time_s }, answer);
-        }
-    }
-
-    /// The receiver of an answer, sent when it arrives; none when too many are awaited.
-    async fn promise(&self, id: u64) -> Option<Answer> {
-        let Ok(permit) = self.under_way.clone().try_acquire_owned() else {
-            self.refuse(id, "busy with the commands before; try again")
-                .await;
-            return None;
-        };
-        let (answer, reply) = oneshot::channel();
-        let out = self.out.clone();
-        tokio::spawn(async move {
-            let reply = reply.await;
-            // The permit is free before the answer is sent: a slow page must not keep it.
-            drop(permit);
-            let no_answer = || Reply::refused("no answer; the monitor may be ending");
-            let text = acknowledge(id, &reply.unwrap_or_else(|_| no_answer()));
-            let _page_is_there = out.send(Out::Text(text)).await.is_ok();
-        });
-        Some(answer)
-    }
-
-    async fn refuse(&self, id: u64, why: &str) {
-        self.answer(id, &Reply::refused(why)).await;
-    }
-
-    async fn answer(&self, id: u64, reply: &Reply) {
-        self.hand_over(Out::Text(acknowledge(id, reply))).await;
-    }
-
-    async fn hand_over(&self, out: Out) {
-        let _page_is_there = self.out.send(out).await.is_ok();
-    }
-}
-
-fn acknowledge(id: u64, reply: &Reply) -> Utf8Bytes {
-    let (ok, tick, message) = (reply.ok, reply.tick, &reply.message);
-    let text = json!({ "t": "ack", "id": id, "ok": ok, "tick": tick, "message": message });
-    Utf8Bytes::from(text.to_string())
-}
-
-/// The library distinguishes its reasons by text only.
-fn is_too_large(error: &axum::Error) -> bool {
-    error.to_string().contains("too long") || error.to_string().contains("Space limit")
 }

@@ -101,6 +101,39 @@ fn a_slow_reader_gets_the_newest_frame_and_holds_nobody_up() {
     );
 }
 
+/// The clock of a page that read slowly was seconds behind its log: messages came first, frames
+/// when no message waited.
+#[test]
+fn a_slow_reader_gets_a_frame_after_each_message() {
+    let bench = Bench::start();
+    let mut slow = bench.socket(VIEWER).unwrap();
+    text(&mut slow, "hello");
+    // More than the sockets' buffers hold, and fewer messages than are kept for a page.
+    let count = 400_u32;
+    let padding = "x".repeat(32 << 10);
+    for number in 1..=count {
+        bench.broadcast.frame(number.to_le_bytes().to_vec());
+        let status = json!({ "t": "status", "number": number, "padding": padding });
+        bench.broadcast.publish_status(&status);
+    }
+    let (mut message, mut frame) = (0, 0);
+    while message < u64::from(count) {
+        match slow.read().unwrap() {
+            tungstenite::Message::Binary(bytes) => {
+                frame = u64::from(u32::from_le_bytes(bytes[..4].try_into().unwrap()));
+            }
+            tungstenite::Message::Text(text) => {
+                let text: serde_json::Value = serde_json::from_str(text.as_str()).unwrap();
+                if text["t"] == "status" {
+                    assert!(frame >= message, "frame {frame} after message {message}");
+                    message = text["number"].as_u64().unwrap();
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
 #[test]
 fn hostile_commands_are_answered_with_the_field_that_is_wrong() {
     let bench = Bench::start();

@@ -59,10 +59,14 @@ impl Tracer {
             }
             self.now.clear();
             policy.statuses(index, &mut self.now);
-            for (node, (before, after)) in shown.iter_mut().zip(&self.now).enumerate() {
-                if before != after {
-                    out.status((index, node), *before, *after, "phase");
-                    *before = *after;
+            // The phase that is left comes before the one that is entered, in any order of
+            // their numbers: a reader takes the two for one transition.
+            for enters in [false, true] {
+                for (node, (before, after)) in shown.iter_mut().zip(&self.now).enumerate() {
+                    if before != after && (*after == NodeStatus::Running) == enters {
+                        out.status((index, node), *before, *after, "phase");
+                        *before = *after;
+                    }
                 }
             }
         }

@@ -1,5 +1,6 @@
 // When each guard was asked last, and when each key was set, in simulated time. An
-// answer that stays the same arrives again every half second at most.
+// answer that stays the same arrives again every half second at most. What is told
+// without a time was so before.
 import type { Graph, TextMessage } from "./protocol";
 
 /** What was asked longer ago may be otherwise by now (s). */
@@ -31,22 +32,11 @@ export class Ages {
   private guards: Record<string, Asked>[] = [];
   private keys: Record<string, number | null>[] = [];
   private edges: (Taken | undefined)[] = [];
-  private retold = true;
 
   constructor(
     private readonly now: () => number | null,
     private readonly known: { guards: Record<string, boolean>[]; keys: Record<string, string>[] },
   ) {}
-
-  /** Says that what follows was told before, at times that are not known. */
-  retell(): void {
-    this.retold = true;
-  }
-
-  /** Says that all was told, and what follows happens now. */
-  follow(): void {
-    this.retold = false;
-  }
 
   forget(): void {
     this.guards = [];
@@ -56,11 +46,9 @@ export class Ages {
 
   /** Takes a message before the store does. */
   take(message: TextMessage): void {
-    if (message.t === "hello" || message.t === "now") this.retell();
-    else if (message.t === "log" && message.all === true) this.follow();
-    else if (message.t === "edge") this.takeEdge(message.graph, message.label);
-    else if (message.t === "guards") this.takeGuards(message.graph, message.values);
-    else if (message.t === "keys") this.takeKeys(message.graph, message.values);
+    if (message.t === "edge") this.takeEdge(message.graph, message.label, message.time_s ?? null);
+    else if (message.t === "guards") this.takeGuards(message.graph, message.values, message.time_s ?? null);
+    else if (message.t === "keys") this.takeKeys(message.graph, message.values, message.time_s ?? null);
   }
 
   /** Simulated time since guard `name` was asked (s); null where that is not known. */
@@ -91,12 +79,7 @@ export class Ages {
     return at == null || now === null || at > now ? null : now - at;
   }
 
-  private moment(): number | null {
-    return this.retold ? null : this.now();
-  }
-
-  private takeEdge(graph: number, label: string): void {
-    const at = this.moment();
+  private takeEdge(graph: number, label: string, at: number | null): void {
     const names = new Set(namesOf(label));
     this.edges[graph] = { at, names };
     const held = this.known.guards[graph] ?? {};
@@ -106,23 +89,21 @@ export class Ages {
     }
   }
 
-  private takeGuards(graph: number, values: Record<string, boolean>): void {
-    const at = this.moment();
+  private takeGuards(graph: number, values: Record<string, boolean>, at: number | null): void {
     const asked = (this.guards[graph] ??= {});
     const edge = this.edges[graph];
     const withEdge = edge?.names != null && (at ?? 0) - (edge.at ?? 0) < SAME_FLUSH_S;
     for (const [name, value] of Object.entries(values)) {
-      if (this.retold && this.known.guards[graph]?.[name] === value && name in asked) continue;
+      if (at === null && this.known.guards[graph]?.[name] === value && name in asked) continue;
       asked[name] = { at, before: withEdge && edge?.names?.has(name) === true };
     }
     if (edge !== undefined) edge.names = null;
   }
 
-  private takeKeys(graph: number, values: Record<string, string>): void {
-    const at = this.moment();
+  private takeKeys(graph: number, values: Record<string, string>, at: number | null): void {
     const set = (this.keys[graph] ??= {});
     for (const [name, value] of Object.entries(values)) {
-      if (this.retold && this.known.keys[graph]?.[name] === value && name in set) continue;
+      if (at === null && this.known.keys[graph]?.[name] === value && name in set) continue;
       set[name] = at;
     }
   }

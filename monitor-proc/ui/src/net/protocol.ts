@@ -217,15 +217,21 @@ export interface LogLine {
   incident?: number;
 }
 
+/** What is told without a time was so before. */
+interface Change {
+  /** When it changed (simulated s). */
+  time_s?: number;
+}
+
 export type TextMessage =
   | ({ t: "hello" } & Hello)
   | { t: "scene"; scene: Scene }
   | ({ t: "status" } & Status)
   | { t: "graphs"; graphs: Graph[] }
-  | { t: "statuses"; graph: number; letters: string }
-  | { t: "edge"; graph: number; from: number; to: number; label: string }
-  | { t: "keys"; graph: number; values: Record<string, string> }
-  | { t: "guards"; graph: number; values: Record<string, boolean> }
+  | ({ t: "statuses"; graph: number; letters: string; started?: number[] } & Change)
+  | ({ t: "edge"; graph: number; from: number; to: number; label: string } & Change)
+  | ({ t: "keys"; graph: number; values: Record<string, string> } & Change)
+  | ({ t: "guards"; graph: number; values: Record<string, boolean> } & Change)
   | { t: "log"; lines: LogLine[]; all?: boolean }
   | { t: "lanes"; spans: Span[]; all: boolean }
   | { t: "marks"; lines: LogLine[] }

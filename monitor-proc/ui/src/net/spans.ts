@@ -47,12 +47,13 @@ export class ShownSpans {
     };
     const names = [...new Set(now.map(({ lane }) => lane))];
     const length_s = timeline === null ? 0 : timeline.to_s - timeline.from_s;
-    const cut = (lane: Span[]) => withResets(lane, resets, length_s, add);
+    const cut = (lane: Span[], arms: Span[][] = []) => withResets(lane, resets, length_s, add, arms);
+    const phases = names.map((name) => now.filter(({ lane, kind }) => lane === name && kind === "phase")).filter(({ length }) => length > 0);
     const outcome = withAgain(cut(now.filter(({ kind }) => kind === "task")), pickups(now, losses), add);
     const shown = names.flatMap((name) => {
       const lane = now.filter((span) => span.lane === name);
       const kind = lane[0]?.kind;
-      if (kind === "phase") return withEnds(cut(lane), outcome, add);
+      if (kind === "phase") return withEnds(cut(lane, phases), outcome, add);
       return kind === "task" ? withStates(outcome, wrong, add) : lane;
     });
     shown.sort((one, other) => one.from_s - other.from_s);
@@ -76,10 +77,10 @@ function pickups(now: Span[], losses: number[]): Pickup[] {
   return losses.map((from_s) => ({ from_s, to_s: Math.min(...held.filter((at_s) => at_s > from_s)) }));
 }
 
-/** A task that works again after it was done is not done until it holds the object. */
+/** A task that lost its grip picks up again until it holds the object, and is not done meanwhile. */
 function withAgain(lane: Span[], all: Pickup[], add: Add): Span[] {
   return lane.flatMap((span, index) => {
-    if (span.label !== "done") return [span];
+    if (span.label !== "done" && span.label !== "running") return [span];
     const next_s = lane[index + 1]?.from_s ?? Infinity;
     let last_s = span.from_s;
     const parts = [span];

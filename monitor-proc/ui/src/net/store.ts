@@ -19,6 +19,7 @@ import { addInOrder, isReset, withNewResets } from "./lines";
 import { lostOf } from "./lost";
 import { decode, type Snapshot } from "./snapshot";
 import { afterDone, lossesOf, resetsOf } from "./phases";
+import { Since } from "./since";
 import { ShownSpans } from "./spans";
 import { inOrder, type Wrong, type WrongFrom } from "./wrong";
 
@@ -112,6 +113,7 @@ export class Store {
   earlier: { seed: number; hasTask: boolean } | null = null;
   /** How old what is known of guards and keys is. */
   readonly ages = new Ages(() => this.snapshot?.time ?? null, this);
+  readonly since = new Since();
 
   /** Sends a command; set by the connection. */
   send: (command: Command) => Promise<Ack> = () =>
@@ -210,6 +212,7 @@ export class Store {
 
   private take(message: TextMessage): void {
     this.ages.take(message);
+    this.since.take(message);
     switch (message.t) {
       case "hello":
         // Another run tells its own story; the same one tells it again, and meanwhile
@@ -363,7 +366,6 @@ export class Store {
   private takePast(past: Past): void {
     this.past = past;
     this.clearTrace();
-    this.ages.retell();
     for (const message of past.story) {
       // A recording may have begun too late for the pictures: those of now stay.
       if (message.t !== "graphs" || message.graphs.length > 0) this.take(message);
@@ -379,6 +381,7 @@ export class Store {
     this.keys = [];
     this.guards = [];
     this.ages.forget();
+    this.since.forget();
   }
 
   private takeGraphs(graphs: Graph[]): void {

@@ -10,13 +10,13 @@ import { fallenText, lostText, NOT_REACHED, OBJECT_LOST, type Wrong, type WrongF
 
 /** An object that was let go for less is still pulled (simulated s). */
 const PULLED_S = 1;
-/** An arm has to be at rest for so long (simulated s). */
+/** An arm has to be at rest, or not, for so long (simulated s). */
 const REST_S = 0.5;
 /** States of what was recorded before, and their least length (s). */
 const READ_SAMPLES = 400;
 const LEAST_READ_S = 1;
 /** What a task says of its end comes within this time (ms). */
-const TOLD_MS = 700;
+const TOLD_MS = 200;
 /** A replay that leaps farther was not played (s). */
 const LEAP_S = 1;
 /** The task tells of its end within this time of it (s). */
@@ -32,13 +32,23 @@ interface Seen {
   wrong: WrongFrom[];
 }
 
+/** An arm that rests away from its target. */
+interface Away {
+  since_s: number;
+  told: boolean;
+  /** When it began to move again. */
+  left_s?: number;
+}
+
 /** Follows states one after the other. */
 class States {
   private lost = new Set<string>();
   /** By object: when it was pulled last (s). */
   private readonly pulled = new Map<string, number>();
-  /** By arm: since when it rests away from its target (s), and whether that was told. */
-  private away = new Map<number, { since_s: number; told: boolean }>();
+  /** By arm. */
+  private away = new Map<number, Away>();
+  /** When an arm began to move that had rested away from its target (s). */
+  private left_s = -Infinity;
   private wrong: Wrong = "";
   private time_s = -Infinity;
 
@@ -63,8 +73,11 @@ class States {
     const missed = [...this.away.values()].filter(({ told }) => told).map(({ since_s }) => since_s);
     const label = this.lost.size > 0 ? OBJECT_LOST : missed.length > 0 ? NOT_REACHED : "";
     if (label === this.wrong && !isFirst) return [];
+    const before = this.wrong;
     this.wrong = label;
-    return [{ from_s: label === NOT_REACHED ? Math.min(...missed) : time_s, label }];
+    if (label === NOT_REACHED) return [{ from_s: Math.min(...missed), label }];
+    const isLeft = label === "" && before === NOT_REACHED;
+    return [{ from_s: isLeft ? this.left_s : time_s, label }];
   }
 
   private pulls({ objects, time: time_s }: Snapshot): Found[] {
@@ -83,11 +96,13 @@ class States {
   private misses({ arms, time: time_s }: Snapshot): Found[] {
     if (this.scene.task["kind"] !== "reach") return [];
     return arms.flatMap((arm, index) => {
+      const known = this.away.get(index);
       if (!isUnreachable(arm)) {
-        this.away.delete(index);
+        if (known !== undefined) this.leave(index, known, time_s);
         return [];
       }
-      const since = this.away.get(index) ?? { since_s: time_s, told: false };
+      const since = known ?? { since_s: time_s, told: false };
+      delete since.left_s;
       this.away.set(index, since);
       if (since.told || time_s - since.since_s < REST_S) return [];
       since.told = true;
@@ -95,6 +110,14 @@ class States {
       // Of the time at which the lane of the outcome changes.
       return [{ time_s: since.since_s, text, mark: "hand_failed" }];
     });
+  }
+
+  /** An arm that hardly moves is not always at rest, which is no new fault. */
+  private leave(index: number, away: Away, time_s: number): void {
+    away.left_s ??= time_s;
+    if (away.told && time_s - away.left_s < REST_S) return;
+    this.left_s = away.left_s;
+    this.away.delete(index);
   }
 }
 

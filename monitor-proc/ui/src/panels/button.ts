@@ -21,6 +21,16 @@ export interface ButtonSpec {
   run: () => unknown;
 }
 
+/** By button: shows it as things are now. */
+const refreshes = new WeakMap<HTMLButtonElement, () => void>();
+
+/** Shows or hides a button, which is not followed while it is hidden. */
+export function showButton(node: HTMLButtonElement, isShown: boolean): void {
+  if (node.hidden !== isShown) return;
+  node.hidden = !isShown;
+  if (isShown) refreshes.get(node)?.();
+}
+
 /** A button of `spec`. It stays reachable when it is off, so that its reason is. */
 export function button(context: PanelContext, spec: ButtonSpec): HTMLButtonElement {
   const { label, class: kind = "" } = spec;
@@ -54,6 +64,7 @@ export function button(context: PanelContext, spec: ButtonSpec): HTMLButtonEleme
     else context.notify(`not now: ${reason}`);
     refresh();
   });
+  refreshes.set(node, refresh);
   context.pulse.add(node, refresh);
   refresh();
   return node;

@@ -3,6 +3,7 @@
 /** A time in microseconds, with the unit that suits it. */
 export function micros(us: number): string {
   if (!Number.isFinite(us)) return "–";
+  if (us > 0 && us < 0.1) return "<0.1 µs";
   if (us < 1) return `${us.toFixed(1)} µs`;
   if (us < 1000) return `${us.toFixed(0)} µs`;
   if (us < 10_000) return `${(us / 1000).toFixed(2)} ms`;

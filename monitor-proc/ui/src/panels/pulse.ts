@@ -24,21 +24,31 @@ export class Pulse {
 
   /** Shows what is known now at every place of the page at once, without a wait for the next beat. */
   now(): void {
-    const { waits } = this;
-    this.run();
-    this.waits = waits;
+    this.ask()();
   }
 
-  /** Behind a picture of the browser: what was written before has its style and place by then. */
   private beat(): void {
     // Pictures may come more slowly than beats.
     if (document.hidden || this.waits) return;
     this.waits = true;
-    requestAnimationFrame(() => setTimeout(() => this.run()));
+    requestAnimationFrame(() => this.behind());
   }
 
-  private run(): void {
-    this.waits = false;
+  /** Asks behind a picture of the browser, when what was written before has its style and place; writes with the next one, in which the 3D view shows the same moment. */
+  private behind(): void {
+    const begun_ms = performance.now();
+    setTimeout(() => {
+      const write = this.ask();
+      requestAnimationFrame(() => {
+        write();
+        this.waits = performance.now() - begun_ms >= PERIOD_MS;
+        if (this.waits) this.behind();
+      });
+    });
+  }
+
+  /** Asks the page for sizes and for what is shown; what it returns writes. */
+  private ask(): () => void {
     const { measures } = this;
     this.measures = [];
     for (const run of measures) run();
@@ -49,6 +59,8 @@ export class Pulse {
     });
     // All are asked before one writes: a question after a change computes the style of the page again.
     const shown = this.all.filter(({ element }) => element === null || element.checkVisibility());
-    for (const { run } of shown) run();
+    return () => {
+      for (const { run } of shown) run();
+    };
   }
 }

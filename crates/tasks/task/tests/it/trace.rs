@@ -44,6 +44,10 @@ fn the_phases_of_code_are_a_ring_and_each_change_is_told_once() {
     ];
     let letters: String = letters.iter().map(|status| status.letter()).collect();
     assert_eq!(lines[0].text.as_str(), letters);
+    bench.decide_times(19);
+    bench.decide();
+    // The phase that is left first, although its number is higher.
+    assert_eq!(statuses(&bench), [(2, runs, idle), (0, idle, runs)]);
 }
 
 fn breaks(bench: &mut Bench, name: &str) {

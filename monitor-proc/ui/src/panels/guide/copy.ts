@@ -5,7 +5,7 @@ import { el } from "../dom";
 /** `command` as it is typed for the cell that is shown, and a button that copies it. */
 export function copyable(context: PanelContext, command: string): HTMLElement {
   const text = context.onCell(command);
-  const words = text.split(/(?= )/).map((word) => (/^ ?-|^ ?\w+-\w+$/.test(word) ? el("span", { class: "flag" }, word) : word));
+  const words = text.split(/(?= )/).map((word) => (/^ ?-|^ ?[\w-]+-\w+$/.test(word) ? el("span", { class: "flag" }, word) : word));
   const code = el("code", {}, ...words);
   const copy = el("button", { type: "button", class: "button small", "aria-label": `Copy ${text}`, title: "Copy this command" }, "Copy");
   copy.addEventListener("click", (event) => {

@@ -108,7 +108,7 @@ function objects(context: PanelContext, scene: Scene, refreshes: Refresh[]): HTM
       before = key;
       const isPart = scene.dispenser != null;
       const absent = object.parked !== true || (isFallen && !isPart) ? "lost" : isFallen ? "out of the cell" : isEnd || isSpare ? "not used" : "to come";
-      const words = objectState(now, absent, holder < 0 ? null : context.armName(holder), isStill);
+      const words = objectState(now, absent, holder < 0 ? null : scene.arms.length > 1 ? ` by ${context.armName(holder)}` : "", isStill);
       setText(state, words);
       // It is cut where there is little room.
       setTitle(state, words);
@@ -121,7 +121,8 @@ function objects(context: PanelContext, scene: Scene, refreshes: Refresh[]): HTM
 function objectState({ flags, pose }: ObjectState, absent: string, holder: string | null, isStill: boolean): string {
   if ((flags & OBJECT.enabled) === 0) return absent;
   const words = [];
-  if (holder !== null) words.push(`held by ${holder}`);
+  // One arm needs no name where there is little room.
+  if (holder !== null) words.push(`held${holder}`);
   else if ((flags & OBJECT.dragged) !== 0) words.push("dragged");
   else if ((flags & OBJECT.touched) !== 0) words.push("touched");
   else if (isStill) words.push("at rest");

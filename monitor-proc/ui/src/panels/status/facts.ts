@@ -61,7 +61,8 @@ const there = new WeakMap<PanelContext, boolean>();
 /** Where the arm is of a task that only follows a person's target. */
 function target(context: PanelContext): string {
   const led = context.snapshot?.arms.filter(({ goalActive, targetValid }) => goalActive && targetValid) ?? [];
-  if (context.store.scene?.task["kind"] !== "reach" || led.length === 0) return "";
+  if (context.store.scene?.task["kind"] !== "reach") return "";
+  if (led.length === 0) return "no target";
   const away_m = Math.max(...led.map(({ positionError }) => positionError));
   const isThere = away_m < (there.get(context) === true ? LEFT_M : THERE_M);
   there.set(context, isThere);

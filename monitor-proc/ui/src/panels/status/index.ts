@@ -1,7 +1,7 @@
 // The bar above the 3D view with the state of the cell; also in the title of the window.
 import type { Pose } from "../../net/protocol";
 import { handRefusal } from "../actions";
-import { button, type ButtonSpec } from "../button";
+import { button, type ButtonSpec, showButton } from "../button";
 import type { PanelContext } from "../context";
 import { el, setAttr, setText, setTitle } from "../dom";
 import { copyable } from "../guide/copy";
@@ -29,7 +29,7 @@ export function mountStatus(context: PanelContext, host: HTMLElement): void {
     setJoined(detail, line.detail);
     setTitle(detail, line.detail);
     command.replaceChildren(...(line.command === null ? [] : [copyable(context, line.command)]));
-    for (const { name, node } of buttons) node.hidden = !line.actions.includes(name);
+    for (const { name, node } of buttons) showButton(node, line.actions.includes(name));
     document.title = titleOf(line, store.hello?.run.demo);
   };
   context.pulse.add(null, () => {

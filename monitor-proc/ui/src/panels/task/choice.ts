@@ -4,7 +4,6 @@ import type { Graph } from "../../net/protocol";
 import type { Store } from "../../net/store";
 import type { PanelContext } from "../context";
 import { el, setAttr } from "../dom";
-import { sinceOf } from "./graph/since";
 
 export class GraphChoice {
   readonly root = el("div", { class: "segments graph-choice", role: "group", "aria-label": "Graph", hidden: true });
@@ -18,8 +17,6 @@ export class GraphChoice {
   constructor(context: PanelContext) {
     const { store } = context;
     this.store = store;
-    // Also of graphs that are not shown yet.
-    sinceOf(store);
     // While a task restarts it shows nothing: the last picture stays, as
     // long as it is of the same demo.
     store.on("graphs", (graphs) => graphs.length > 0 && this.fill(graphs));

@@ -79,7 +79,10 @@ export function eventLog(context: PanelContext): HTMLElement {
     empty.hidden = empty.textContent === "";
     followSoon();
   };
+  // Shown with the clock: pictures may come seldom, and a line must not be later than what is beside it.
+  let waiting: LogLine[] = [];
   const fill = () => {
+    waiting = [];
     list.replaceChildren();
     append(store.log);
   };
@@ -99,8 +102,14 @@ export function eventLog(context: PanelContext): HTMLElement {
     return chip;
   });
   store.on("hello", rebuild);
+  context.pulse.add(list, () => {
+    if (waiting.length > 0) append(waiting.splice(0));
+  });
   store.on("log", (lines) => {
-    if (lines.length > 0) return append(lines);
+    if (lines.length > 0) {
+      waiting = [...waiting, ...lines].slice(-SHOWN);
+      return;
+    }
     // A line that came late is no reason to leave what a person reads.
     const { scrollTop } = list;
     fill();

@@ -28,12 +28,12 @@ const MARKS: [string, string][] = [
   ["recover", "recovery"],
   ["restart", "process restarted"],
   ["reset", "task reset"],
-  ["hand", "by hand"],
+  ["hand", "by an operator"],
   ["hand_failed", "failed by hand"],
   ["done", "done"],
   ["part", "one arm is done"],
   ["fault", "failure"],
-  ["incident", "incident: click to open"],
+  ["incident", "incident (click)"],
 ];
 
 export function mountTimeline(context: PanelContext, host: HTMLElement): void {
@@ -152,7 +152,12 @@ export function mountTimeline(context: PanelContext, host: HTMLElement): void {
     drawnAt = now;
     draw();
   });
-  const legend = MARKS.map(([mark, about]) => el("span", {}, el("i", { "data-mark": mark }), about));
+  const legend = MARKS.map(([mark, about]) => ({ mark, node: el("span", { hidden: true }, el("i", { "data-mark": mark }), about) }));
+  // Only of what there is: all of them have no room in one line.
+  context.pulse.add(host, () => {
+    const seen = new Set(store.marked.map(({ mark }) => mark));
+    for (const { mark, node } of legend) node.hidden = !seen.has(mark);
+  });
   listen(lanes.root);
   const live = el("div", { class: "row" }, liveButton(context, () => play.seek(null)), lanes.fold, linkButton(context), whole);
   host.replaceChildren(
@@ -164,7 +169,7 @@ export function mountTimeline(context: PanelContext, host: HTMLElement): void {
     play.root,
     episodes(context),
     lanes.root,
-    el("div", { class: "legend dim" }, ...legend),
+    el("div", { class: "legend dim" }, ...legend.map(({ node }) => node)),
   );
   // Of a recording only the loop is left of it.
   store.on("hello", (hello) => (hello.live ? to.after(play.root) : live.append(play.root)));

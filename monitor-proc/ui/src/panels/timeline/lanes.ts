@@ -4,7 +4,7 @@ import type { PanelContext } from "../context";
 import { el, setAttr, setText, setTitle } from "../dom";
 import { words } from "../format";
 import { phaseColour } from "../phase-colour";
-import { fitted, ownParts } from "./short";
+import { fits, fitted, ownParts } from "./short";
 import type { TimeSpan } from "./zoom";
 
 /** A narrower span is drawn this wide, but not beside another one of these (px). */
@@ -34,6 +34,8 @@ interface Texts {
   end: string;
   /** What tells the objects apart, by their names. */
   parts: Map<string, string>;
+  /** Whether an object of the lane has no room for its whole name: all are spelled alike. */
+  isShort: boolean;
   /** Width of the lanes (px). */
   width: number;
 }
@@ -111,7 +113,7 @@ export function mountLanes(context: PanelContext, changed: () => void): Lanes {
       const isOver = context.link === "ended" || context.link === "refused";
       const end = isOver ? " when it ended" : "";
       const parts = ownParts(store.scene?.objects.map(({ name }) => words(name)) ?? []);
-      const texts = { end, parts, width: width > 0 ? width : USUAL_PX };
+      const texts = { end, parts, isShort: false, width: width > 0 ? width : USUAL_PX };
       const shown = lanes.filter((lane) => drawLane(lane, window, texts) || isAlwaysShown(lane.name));
       if (count !== shown.length) {
         count = shown.length;
@@ -159,6 +161,7 @@ function drawLane({ spans, row, nodes }: Lane, window: TimeSpan, texts: Texts): 
   /** Where the last tiny span is (px). */
   let tiny_px = -Infinity;
   const scale = texts.width / (window.last - window.first);
+  const isShort = isShortLane(spans, window, texts);
   for (const [index, span] of spans.entries()) {
     const next = spans[index + 1]?.from_s;
     const to_s = Math.max(next ?? window.last, span.from_s);
@@ -175,12 +178,23 @@ function drawLane({ spans, row, nodes }: Lane, window: TimeSpan, texts: Texts): 
     }
     if (isTiny) tiny_px = from_px;
     const known = nodes.get(span);
-    const node = bar(known, { span, to_s, isTiny }, window, { ...texts, end: next === undefined ? texts.end : "" });
+    const node = bar(known, { span, to_s, isTiny }, window, { ...texts, isShort, end: next === undefined ? texts.end : "" });
     if (known !== undefined) continue;
     nodes.set(span, node);
     row.insertBefore(node, row.lastElementChild);
   }
   return any;
+}
+
+/** Whether a span has room for the short name of its object only; the last one, which grows, does not change the others. */
+function isShortLane(spans: Span[], { first, last }: TimeSpan, texts: Texts): boolean {
+  const scale = texts.width / (last - first);
+  return spans.slice(0, -1).some((span, index) => {
+    if (span.kind !== "grip" || span.label === "") return false;
+    const room = (Math.min(spans[index + 1]?.from_s ?? last, last) - Math.max(span.from_s, first)) * scale - BESIDE_PX;
+    const shorter = labels(span, { ...texts, isShort: true })[0] ?? "";
+    return fits(shorter, room) && !fits(span.label, room);
+  });
 }
 
 /** A span as it is now, in `known` where it was drawn before. */
@@ -207,10 +221,11 @@ function bar(known: HTMLElement | undefined, { span, to_s, isTiny }: Drawn, wind
 }
 
 /** Texts of a span, the longest one first. */
-function labels(span: Span, { end, parts }: Texts): string[] {
+function labels(span: Span, { end, parts, isShort }: Texts): string[] {
   const name = words(span.label);
   // As the object is spelled everywhere.
-  if (span.kind === "grip") return [span.label, (parts.get(name) ?? name).replaceAll(" ", "_")];
+  const short = (parts.get(name) ?? name).replaceAll(" ", "_");
+  if (span.kind === "grip") return isShort ? [short] : [span.label, short];
   if (span.kind !== "task" || end === "") return [name];
-  return [`${name}${end}`, span.label === "running" ? "ended" : name];
+  return span.label === "running" ? [`${name}${end}`, `was ${name}`] : [`${name}${end}`, name];
 }

@@ -35,6 +35,10 @@ function widthOf(text: string): number {
   return width;
 }
 
+export function fits(text: string, room_px: number): boolean {
+  return widthOf(text) <= room_px;
+}
+
 /** The first of `texts` that fits; else the last one, cut at its end, or nothing. */
 export function fitted(texts: string[], room_px: number): string {
   if (room_px <= 0) return "";

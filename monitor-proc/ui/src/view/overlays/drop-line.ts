@@ -6,6 +6,8 @@ import { bodyCaster } from "../touch/layers";
 import { Strokes } from "./strokes";
 
 const DOWN = new Vector3(0, 0, -1);
+/** Share of the line above its text, which would cover the foot of the line, or what is there. */
+const LABEL_SHARE = 0.5;
 
 export class DropLine {
   readonly root = new Group();
@@ -43,6 +45,6 @@ export class DropLine {
     const millimetres = Math.max(0, 1000 * (from.z - floor.z));
     const { body = null, fixture = null } = hit === undefined ? {} : cell.ownerOf(hit.object);
     const below = body?.name ?? fixture ?? "the floor";
-    labels.show(`drop line ${this.root.id}`, `${millimetres.toFixed(0)} mm to ${below.replaceAll("_", " ")}`, floor);
+    labels.show(`drop line ${this.root.id}`, `${millimetres.toFixed(0)} mm to ${below.replaceAll("_", " ")}`, from.clone().lerp(floor, LABEL_SHARE));
   }
 }

@@ -53,6 +53,7 @@ export class Suction implements Overlay {
       const arm = snapshot.arms[index];
       // A cup that only touches an object carries no load.
       if (arm === undefined || gripper?.kind !== "suction" || arm.held === null) return;
+      const held = cell.scene.objects[arm.held]?.name ?? "";
       const load = Math.min(Math.max(arm.load, 0), 1);
       const [, colour = 0, tone = ""] = TONES.find(([from]) => load >= from) ?? [];
       const ring = (this.rings[index] ??= this.ring());
@@ -62,7 +63,7 @@ export class Suction implements Overlay {
       ring.root.quaternion.multiply(new Quaternion().setFromUnitVectors(RING_AXIS, axis));
       ring.show(load, colour);
       const at = new Vector3(...arm.tcp.slice(0, 3)).setZ(arm.tcp[2] + ABOVE_M);
-      const label = labels.show(`suction ${name}`, `load ${(100 * load).toFixed(0)} % of break limit`, at, `load ${tone}`, about(cell, index, arm));
+      const label = labels.show(`suction ${name}`, `${held}: suction at ${(100 * load).toFixed(0)} % of limit`, at, `load ${tone}`, about(cell, index, arm));
       label.style.setProperty("--load", `${(100 * load).toFixed(0)}%`);
     });
   }

@@ -3,6 +3,11 @@ import dagre from "@dagrejs/dagre";
 import type { Graph } from "../../../net/protocol";
 
 const CHAR_PX = 6.6;
+const CAPITAL_PX = 8;
+/** Least width of a state. */
+const LEAST_NODE_PX = 72;
+/** Room beside the name of a state: the mark of a breakpoint at its left, the sign of the end at its right. */
+const BESIDE_NAME_PX = 40;
 export const LABEL_CHAR_PX = 6.2;
 const NODE_HEIGHT = 26;
 /** Height of what is written on an edge. */
@@ -58,6 +63,11 @@ function drawn(graph: Graph): { from: number; to: number; label: string; text: s
   return [...found.values()].filter(({ from, to }) => graph.kind !== "matrix" || from !== to);
 }
 
+function nameWidth(name: string): number {
+  const capitals = name.replace(/[^A-Z_]/g, "").length;
+  return CAPITAL_PX * capitals + CHAR_PX * (name.length - capitals);
+}
+
 export function layout(graph: Graph): Layout {
   const holds = graph.nodes.map(() => false);
   for (const { parent } of graph.nodes) if (parent !== null) holds[parent] = true;
@@ -67,7 +77,7 @@ export function layout(graph: Graph): Layout {
   const rankdir = graph.kind === "matrix" ? "LR" : "TB";
   picture.setGraph({ rankdir, nodesep: 26, ranksep: 16, edgesep: 14, marginx: 8, marginy: 8 });
   for (const [index, node] of graph.nodes.entries()) {
-    const width = Math.max(64, CHAR_PX * node.name.length + 34);
+    const width = Math.max(LEAST_NODE_PX, nameWidth(node.name) + BESIDE_NAME_PX);
     picture.setNode(String(index), { width, height: NODE_HEIGHT });
     if (node.parent !== null && node.parent < index) picture.setParent(String(index), String(node.parent));
   }

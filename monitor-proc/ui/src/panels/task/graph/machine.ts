@@ -13,8 +13,8 @@ import { liveTable } from "./table";
 import { takenOf } from "./taken";
 import { type Bounds, Viewport } from "./viewport";
 
-/** Room for the mark of a breakpoint at the left of a state. */
-const BREAK_PX = 12;
+/** The mark of a breakpoint at the left of a name is wider than the sign at its right: so far is the name from the middle. */
+const NAME_SHIFT_PX = 2;
 /** Place of the sign of the end, from the right border of a state. */
 const SIGN_PX = 8;
 
@@ -166,8 +166,7 @@ class MachineDrawing {
       { class: isBox ? "state holds" : "state", tabindex: 0, role: "button" },
       svg("title", {}, aboutNode(graph, index)),
       svg("rect", { x: left, y: top, width: box.width, height: box.height, rx: 6 }),
-      // Beside the mark of a breakpoint.
-      svg("text", { x: box.x + BREAK_PX / 2, y: isBox ? top + 12 : box.y + 4 }, name),
+      svg("text", { x: box.x + NAME_SHIFT_PX, y: isBox ? top + 12 : box.y + 4 }, name),
       svg("text", { x: left + box.width - SIGN_PX, y: isBox ? top + 12 : box.y + 4, class: "end-sign" }),
       breakSpot(context, name, left + 8, isBox ? top + 9 : box.y),
     );

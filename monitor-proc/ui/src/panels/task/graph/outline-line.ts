@@ -3,7 +3,6 @@ import { breakDot } from "../breaks/dot";
 import { el, setAttr, setText } from "../../dom";
 import { aboutNode, type Place } from "./place";
 import { type Shape, signOf } from "./shape";
-import { sinceOf } from "./since";
 
 const MARKS: Record<string, [string, string]> = {
   R: ["▶", "running"],
@@ -23,7 +22,7 @@ export class Line {
 
   constructor(place: Place, shape: Shape, index: number) {
     const { context, graph } = place;
-    this.since = () => sinceOf(context.store).of(place.at, index);
+    this.since = () => context.store.since.of(place.at, index);
     const { name = "?", kind = "" } = graph.nodes[index] ?? {};
     const sign = signOf(kind);
     const tellsKind = kind.toLowerCase() !== name.toLowerCase() && sign === "";

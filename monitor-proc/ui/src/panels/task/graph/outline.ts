@@ -52,10 +52,12 @@ export class Outline implements GraphView {
   }
 
   follow(): void {
+    // The end of a tree that is over is at what ended last.
+    const ended = Math.max(this.letters.lastIndexOf("S"), this.letters.lastIndexOf("F"));
     // What runs within a collapsed node is told at that node.
-    let at: number | null = this.deepest;
+    let at: number | null = this.deepest < 0 ? ended : this.deepest;
     while (at !== null && this.lines[at]?.row.hidden === true) at = this.shape.parents[at] ?? null;
-    if (at !== null) reveal(this.body, this.lines[at]?.row);
+    if (at !== null && at >= 0) reveal(this.body, this.lines[at]?.row);
   }
 
   mark(found: ReadonlySet<number>): void {

@@ -90,6 +90,8 @@ export function revealColumns(root: HTMLTableElement, columns: HTMLElement[], wa
   const room = box.clientWidth - fixed;
   const start = startOf(parts, wanted.map(partOf), room);
   if (start === null) return;
+  // Room behind the last column, without which the first one in sight would be cut.
+  root.style.marginRight = `${Math.max(0, start - fixed + box.clientWidth - root.offsetWidth)}px`;
   // A box that is wide enough shows the columns from the first one.
   box.scrollLeft = root.offsetWidth <= box.clientWidth ? 0 : start - fixed;
 }
