@@ -16,6 +16,16 @@ pub(crate) fn quoted_word(word: &str) -> String {
     format!("'{}'", word.replace('\'', "'\\''"))
 }
 
+/// The command line of this process.
+pub(crate) fn typed() -> String {
+    let words = std::env::args_os().skip(1);
+    let words = words.map(|word| quoted_word(&word.to_string_lossy()));
+    let words: Vec<String> = std::iter::once("robocell".to_owned())
+        .chain(words)
+        .collect();
+    words.join(" ")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -179,7 +179,7 @@ impl MonitorProcess {
 
     fn update(&mut self) {
         let start_ns = monotonic_ns();
-        self.publish(start_ns);
+        self.publish(start_ns, start_ns);
         // A sleeping process has no deadline, so its lateness is 0.
         let now_ns = monotonic_ns();
         self.health.cycle(self.tick, start_ns, 0, [0.0; 4], now_ns);
@@ -195,13 +195,14 @@ impl MonitorProcess {
     /// The last state is shown, and the last lines are written.
     fn finish(&mut self) {
         self.publisher.set_due();
-        self.publish(monotonic_ns());
+        // A page cannot explain a pause any more.
+        self.publish(monotonic_ns(), u64::MAX);
         self.report_incidents(true);
         self.record_page();
     }
 
-    /// Takes what is new and shows it.
-    fn publish(&mut self, start_ns: u64) {
+    /// Takes what is new and shows it; pauses up to `until_ns` are no request of a page.
+    fn publish(&mut self, start_ns: u64, until_ns: u64) {
         // First, so that lines drained below are assigned to the right epoch.
         if let Some(state) = self.state.take() {
             self.tick = state.header.tick;
@@ -213,7 +214,7 @@ impl MonitorProcess {
         self.drain();
         // Requests after the trace: a person's action follows the line that caused it.
         self.log_requests(start_ns);
-        self.log_pause(start_ns);
+        self.log_pause(until_ns);
         if self.incidents.is_due(start_ns) {
             self.report_incidents(false);
         }
@@ -276,9 +277,7 @@ impl MonitorProcess {
     }
 
     /// Writes a pause that no page requested to the log and the page: a recording has it, too.
-    fn log_pause(&mut self, now_ns: u64) {
-        // A page cannot explain it any more at the end of the run.
-        let until_ns = if self.ending { u64::MAX } else { now_ns };
+    fn log_pause(&mut self, until_ns: u64) {
         if let Some((text, time_s)) = self.pauses.take_due(until_ns) {
             let text = format!("operator: {text}");
             self.log.operator(time_s, &text);

@@ -14,7 +14,7 @@ use supervisor::run::plan::Plan;
 use supervisor::run::{End, LiveCell, recording};
 
 use crate::cli::RunArgs;
-use crate::{output, page, say};
+use crate::{output, page, say, shell};
 use first_page::PageWait;
 use narrator::Narrator;
 pub use plan::resolve;
@@ -25,6 +25,7 @@ const LOOP_TICKS: u64 = 5000;
 /// Runs a cell as the command line says.
 pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     let mut plan = resolve(args)?;
+    plan.spec.command = shell::typed();
     let mut waits_for_page = first_page::is_wanted(args, &plan.spec);
     plan.spec.paused |= waits_for_page;
     if args.one_process {

@@ -53,6 +53,7 @@ fn with_page(args: &RunArgs, page: Option<Page>) -> Result<Plan, Failure> {
         contract: wire::contract(),
         run,
         cell: args.cell.cell.clone(),
+        command: String::new(),
         demo: args.demo.clone(),
         policy: inputs.policy,
         seed: args.scene.seed,

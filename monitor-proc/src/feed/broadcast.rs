@@ -112,6 +112,16 @@ impl Broadcast {
         });
     }
 
+    /// Drops the newest frame: while no page is connected none is made, and a page that joins
+    /// later must not be shown an old one.
+    pub fn forget_frame(&self) {
+        self.frames.send_if_modified(|newest| {
+            let had_one = !newest.is_empty();
+            *newest = Bytes::new();
+            had_one
+        });
+    }
+
     /// Keeps a state of the world for requests about it.
     pub fn keep_world(&self, world: &WorldState) {
         let mut last = self.lock();

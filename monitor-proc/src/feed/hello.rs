@@ -9,6 +9,8 @@ pub struct RunInfo {
     pub id: String,
     /// Name of the cell.
     pub cell: String,
+    /// The command that a person started it with; empty where none did.
+    pub command: String,
     /// Name of the demo.
     pub demo: String,
     /// Name of the policy.

@@ -126,7 +126,9 @@ impl Publisher {
 
     /// Sends everything that is due at `now_ns`; returns the new lines of the log.
     pub fn update(&mut self, now_ns: u64, recorder: impl FnOnce() -> RecorderUpdate) -> Vec<Value> {
-        if self.broadcast.has_subscribers() && now_ns >= self.next_frame_ns {
+        if !self.broadcast.has_subscribers() {
+            self.broadcast.forget_frame();
+        } else if now_ns >= self.next_frame_ns {
             self.next_frame_ns = after(self.next_frame_ns, FRAME_NS, now_ns);
             self.frame(now_ns);
         }

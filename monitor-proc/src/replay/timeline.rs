@@ -14,9 +14,10 @@ use crate::trace::log_line;
 const SEARCHED_LINES: usize = 100_000;
 const SHOWN_MARKS: usize = 2000;
 /// Largest number of moments of a recording that are read, and their smallest distance (s).
-const MOST_MOMENTS: f64 = 4000.0;
-// A shorter phase is not visible on the timeline.
-const LEAST_S: f64 = 0.05;
+// Two minutes of decisions; a page waits for the lanes of a longer recording not much longer.
+const MOST_MOMENTS: f64 = 12_000.0;
+// A decision: of several arms, the task names the phase of one in each.
+const LEAST_S: f64 = 0.01;
 
 /// The lanes; fewer if it `is_over` before all was read.
 pub(super) fn lanes(

@@ -70,8 +70,13 @@ impl TraceModel {
         Some(json!({ "t": "statuses", "graph": graph, "letters": letters }))
     }
 
+    /// The transition taken last; null ends after a reset of the task.
     fn edge_message(&self, graph: usize) -> Option<Value> {
-        let edge = self.pictures.get(graph)?.taken.as_ref()?;
+        let Some(edge) = &self.pictures.get(graph)?.taken else {
+            let none =
+                json!({ "t": "edge", "graph": graph, "from": null, "to": null, "label": "" });
+            return self.reset_s.is_some().then_some(none);
+        };
         let (from, to, label) = (edge.from, edge.to, &edge.label);
         Some(json!({ "t": "edge", "graph": graph, "from": from, "to": to, "label": label }))
     }

@@ -18,6 +18,7 @@ use serde_json::{Value, json};
 pub mod history;
 mod messages;
 mod picture;
+mod statuses;
 pub mod text_log;
 
 use picture::Picture;
@@ -61,6 +62,8 @@ pub struct TraceModel {
     epoch: Option<u32>,
     /// Simulated time of the newest line (s).
     time_s: f64,
+    /// Simulated time of the newest reset of the task (s).
+    reset_s: Option<f64>,
     /// Limits that were exceeded, each reported once.
     exceeded: BTreeSet<&'static str>,
 }
@@ -78,7 +81,10 @@ impl TraceModel {
         let time_s = seconds(line);
         self.time_s = time_s;
         match TraceKind::from_code(line.kind) {
-            Some(kind) if kind.is_for_people() => self.keep(log_line(line)),
+            Some(kind) if kind.is_for_people() => {
+                self.see_reset(text);
+                self.keep(log_line(line));
+            }
             Some(TraceKind::Node) => self.node(graph, node, line),
             Some(TraceKind::Edge) => self.edge(graph, line),
             Some(TraceKind::Status) => {
@@ -109,7 +115,10 @@ impl TraceModel {
 
     /// As [`Self::take`], without lines of the log.
     pub fn take_picture(&mut self, line: &TraceLine) {
-        if !TraceKind::from_code(line.kind).is_some_and(TraceKind::is_for_people) {
+        if TraceKind::from_code(line.kind).is_some_and(TraceKind::is_for_people) {
+            self.time_s = seconds(line);
+            self.see_reset(line.text.as_str());
+        } else {
             self.take(line);
         }
     }
@@ -169,45 +178,6 @@ impl TraceModel {
         Self {
             pictures: self.pictures.clone(),
             ..Self::default()
-        }
-    }
-
-    /// Whether with `letter` a node is left.
-    fn is_left(&self, graph: usize, node: usize, letter: u8) -> bool {
-        let picture = self.pictures.get(graph);
-        let known = picture.and_then(|picture| picture.letters.get(node));
-        known.is_some_and(|known| leaves(*known, letter))
-    }
-
-    fn letter(&mut self, graph: usize, node: usize, letter: u8, reason: &str) {
-        let Some(picture) = self.pictures.get_mut(graph) else {
-            return;
-        };
-        let Some(known) = picture
-            .letters
-            .get_mut(node)
-            .filter(|known| **known != letter)
-        else {
-            return;
-        };
-        let before = std::mem::replace(known, letter);
-        self.changes.letters.insert(graph);
-        if letter == b'R' {
-            self.changes.started.insert((graph, node));
-        }
-        // A tree has no edges, so no transition is searched for.
-        if picture.edges.is_empty() {
-            return;
-        }
-        // A transition is two lines: one state is left, another is entered.
-        if leaves(before, letter) {
-            picture.left = Some(node);
-        // The last state of a job has succeeded, or failed, as soon as it is entered.
-        } else if letter != b'I'
-            && let Some(from) = picture.left.take()
-        {
-            picture.taken = Some(picture.edge_taken(from, node, reason));
-            self.changes.taken.insert(graph);
         }
     }
 
@@ -354,12 +324,6 @@ fn line_of(time_s: f64, kind: &str, event: TraceEvent, text: &str) -> Value {
 /// Simulated time of a line (s).
 fn seconds(line: &TraceLine) -> f64 {
     line.header.sim_time_ns as f64 * 1.0e-9
-}
-
-/// Whether the status of a state from `before` to `letter` says that the state is left. The last
-/// state of a job succeeds or fails while it is active; it is left when it becomes idle.
-fn leaves(before: u8, letter: u8) -> bool {
-    (before == b'R' && letter != b'R') || (before != b'I' && letter == b'I')
 }
 
 /// The page has four letters: a node that is halting still runs.

@@ -83,6 +83,24 @@ fn the_way_back_to_a_state_of_lower_number_is_shown() {
 }
 
 #[test]
+fn a_reset_is_no_transition() {
+    let mut trace = machine();
+    trace.take(&line(TraceKind::Edge, 0, 1, 0, "back"));
+    trace.take(&line(TraceKind::Statuses, 0, 0, 0, "R-"));
+    trace.take(&line(TraceKind::Statuses, 0, 0, 0, "-R"));
+    trace.take_changes();
+    trace.take(&line(TraceKind::Lifecycle, 0, 0, 0, "[task] reset"));
+    trace.take(&line(TraceKind::Statuses, 0, 0, 0, "R-"));
+    let edge = trace.take_changes().into_iter().find(|m| m["t"] == "edge");
+    assert!(edge.expect("that there is none")["to"].is_null());
+    let mut next = line(TraceKind::Statuses, 0, 0, 0, "-R");
+    next.header.sim_time_ns = 500_000_000;
+    trace.take(&next);
+    let edge = trace.take_changes().into_iter().find(|m| m["t"] == "edge");
+    assert_eq!(edge.expect("an edge")["to"], 1);
+}
+
+#[test]
 fn of_a_state_that_is_passed_within_a_decision_the_way_out_is_shown() {
     let mut trace = machine_of(&["open", "shut", "gone"]);
     trace.take(&line(TraceKind::Edge, 0, 1, 2, "pull off"));

@@ -246,6 +246,7 @@ pub fn run_info(spec: &RunSpec) -> RunInfo {
     RunInfo {
         id: format!("{:016x}", spec.run),
         cell: spec.cell.clone(),
+        command: spec.command.clone(),
         demo: spec.demo.clone(),
         policy: spec.policy.clone(),
         seed: spec.seed,

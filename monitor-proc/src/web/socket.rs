@@ -196,7 +196,7 @@ impl Writer {
             return true;
         }
         let frame = live.borrow_and_update().clone();
-        self.send(Message::Binary(frame)).await
+        frame.is_empty() || self.send(Message::Binary(frame)).await
     }
 
     /// The message about a moment is sent before its frame.

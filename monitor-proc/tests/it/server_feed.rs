@@ -101,6 +101,18 @@ fn a_slow_reader_gets_the_newest_frame_and_holds_nobody_up() {
     );
 }
 
+/// After an interruption of ten seconds a page showed the frame of before with the lanes of now.
+#[test]
+fn a_page_that_joins_is_not_shown_a_frame_of_before() {
+    let bench = Bench::start();
+    bench.broadcast.frame(b"before".to_vec());
+    bench.broadcast.forget_frame();
+    let mut page = bench.socket(VIEWER).unwrap();
+    text(&mut page, "hello");
+    bench.broadcast.frame(b"now".to_vec());
+    assert_eq!(frame(&mut page), b"now");
+}
+
 /// The clock of a page that read slowly was seconds behind its log: messages came first, frames
 /// when no message waited.
 #[test]

@@ -32,7 +32,8 @@ export async function status({ page, robocell, forgive, look, same }) {
   await state("The cell has ended");
   await endedLooksEnded(page, look, same);
   await titled("The cell has ended");
-  same("what starts it again", await bar.locator("code").innerText(), await look((r) => `robocell run franka-stack --policy ${r.store.hello.run.policy} --seed ${r.store.hello.run.seed}`));
+  same("what starts it again", await bar.locator("code").innerText(), await look((r) => r.store.hello.run.command));
+  same("the command of a person", await look((r) => r.store.hello.run.command.startsWith("robocell run franka-stack ")), true);
   same("the colour of a process that has ended", await look(() => getComputedStyle(document.querySelector(".process .dot")).backgroundColor), "rgb(149, 163, 179)");
   forgive(/WebSocket connection to|ERR_CONNECTION_REFUSED/);
 }

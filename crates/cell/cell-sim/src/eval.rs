@@ -69,6 +69,7 @@ pub fn template(demo: &str, policy: &str) -> RunSpec {
         run: 1,
         cell: "one-process".to_owned(),
         demo: demo.to_owned(),
+        command: String::new(),
         policy: policy.to_owned(),
         seed: 0,
         speed: Speed::Max,

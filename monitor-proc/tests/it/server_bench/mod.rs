@@ -89,6 +89,7 @@ fn hello(live: bool) -> Hello {
         run: RunInfo {
             id: "1".to_owned(),
             cell: "c".to_owned(),
+            command: String::new(),
             demo: "d".to_owned(),
             policy: "p".to_owned(),
             seed: 1,

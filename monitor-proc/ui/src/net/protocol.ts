@@ -86,6 +86,8 @@ export interface Hello {
   run: {
     id: string;
     cell: string;
+    /** With which a person started it; empty where none did. */
+    command: string;
     demo: string;
     policy: string;
     seed: number;
@@ -229,7 +231,7 @@ export type TextMessage =
   | ({ t: "status" } & Status)
   | { t: "graphs"; graphs: Graph[] }
   | ({ t: "statuses"; graph: number; letters: string; started?: number[] } & Change)
-  | ({ t: "edge"; graph: number; from: number; to: number; label: string } & Change)
+  | ({ t: "edge"; graph: number; label: string } & ({ from: number; to: number } | { from: null; to: null }) & Change)
   | ({ t: "keys"; graph: number; values: Record<string, string> } & Change)
   | ({ t: "guards"; graph: number; values: Record<string, boolean> } & Change)
   | { t: "log"; lines: LogLine[]; all?: boolean }

@@ -3,8 +3,8 @@
 import type { Span } from "./protocol";
 
 /** A recording tells its states at so many moments at most, whose distance is not less (s). */
-const MOMENTS = 4000;
-const LEAST_S = 0.05;
+const MOMENTS = 12_000;
+const LEAST_S = 0.01;
 /** A state that follows a reset may begin so much before its line (s). */
 const BEFORE_S = 0.02;
 

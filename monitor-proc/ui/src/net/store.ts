@@ -248,7 +248,7 @@ export class Store {
         this.emit("graph", message.graph);
         break;
       case "edge":
-        this.edges[message.graph] = message;
+        this.edges[message.graph] = message.from === null ? undefined : message;
         this.emit("graph", message.graph);
         break;
       case "keys":

@@ -116,7 +116,8 @@ export class PanelContext {
   onCell(commands: string): string {
     const cell = this.store.hello?.run.cell ?? USUAL_CELL;
     const named = !/^robocell (help|replay|plot)/.test(commands) && cell !== USUAL_CELL;
-    return named ? commands.split("; ").map((one) => `${one} --cell ${cell}`).join("; ") : commands;
+    const withCell = (one: string) => (/ --cell[ =]/.test(one) ? one : `${one} --cell ${cell}`);
+    return named ? commands.split("; ").map(withCell).join("; ") : commands;
   }
 
   notify(text: string, bad = false): void {

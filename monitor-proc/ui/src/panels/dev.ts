@@ -112,7 +112,7 @@ export function fakeFeed(store: Store): void {
     { name: "franka-pyramid", description: "Two Frankas take a pyramid apart", policies: ["json"], default_policy: "json" },
   ];
   const role = new URLSearchParams(location.search).has("viewer") ? "viewer" : "operator";
-  const run = { id: "1", cell: "cell", demo: name, policy: pair ? "json" : "fsm", seed: 7, speed: "1" };
+  const run = { id: "1", cell: "cell", command: "", demo: name, policy: pair ? "json" : "fsm", seed: 7, speed: "1" };
   store.takeText({ t: "hello", role, live: true, run, demos, source: null });
   const graphs = pair ? [tree("left"), tree("right")] : [machine(), tree("bt")];
   store.takeText({ t: "graphs", graphs });

@@ -21,6 +21,11 @@ export function seconds(s: number, digits = 2): string {
   return Number.isFinite(s) ? `${s.toFixed(digits)} s` : "–";
 }
 
+/** Tenths of a second, rounded down: a clock beside it with more digits begins with them. */
+export function tenths(s: number): string {
+  return `${(Math.floor(10 * s + 1e-6) / 10).toFixed(1)} s`;
+}
+
 export function millimetres(metres: number, digits = 1): string {
   return Number.isFinite(metres) ? `${(metres * 1000).toFixed(digits)} mm` : "–";
 }

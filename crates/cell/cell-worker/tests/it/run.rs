@@ -34,6 +34,7 @@ impl Run {
             run: RUN,
             cell: test.to_owned(),
             demo: "reach".to_owned(),
+            command: String::new(),
             policy: "follow".to_owned(),
             seed: 3,
             speed: Speed::RealTime,

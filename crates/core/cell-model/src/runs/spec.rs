@@ -43,6 +43,9 @@ pub struct RunSpec {
     pub run: u64,
     /// Name of the cell, for `--cell`.
     pub cell: String,
+    /// The command that a person started it with, as a shell takes it; empty where none did.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub command: String,
     /// Name of the demo: `cells/DEMO.toml`.
     pub demo: String,
     /// Policy of the task.

@@ -66,6 +66,7 @@ function processRow(context: PanelContext, name: string): Row {
 }
 
 const MONITOR = "monitor";
+const TICKS_PER_S = 1000;
 /** In the place of a rate in lockstep: those of several processes, each counted over a time of its own, would contradict each other. */
 const IN_STEP = "in step";
 const IN_STEP_WHY = "in lockstep: each cycle waits for the one before, so that the rate follows from the speed, at the top";
@@ -116,11 +117,17 @@ function show(
   // A fault has its own line, and all of it can be read.
   at.fault.hidden = !fault;
   setText(at.fault, fault ? status.note : "");
-  if (!fault && status.note !== "") facts.push(status.note);
+  if (!fault && status.note !== "" && !isOver(context, status.note)) facts.push(status.note);
   setJoined(at.more, facts.join(" · "));
   if (status.missed_why !== "") facts.push(`missed: ${status.missed_why}`);
   setTitle(at.more, `pid ${status.pid ?? "–"} · ${facts.join(" · ")}`);
   at.root.classList.toggle("silent", !running && !context.isStale);
+}
+
+/** Whether a process waits no more for what its note says: its cell has ended, or simulated time advanced. */
+function isOver({ isStale, snapshot }: PanelContext, note: string): boolean {
+  const tick = /^tick (\d+) waits for /.exec(note)?.[1];
+  return isStale || (tick !== undefined && Math.round(TICKS_PER_S * (snapshot?.time ?? 0)) > Number(tick));
 }
 
 /** With which policy the task starts again; of no use where there is one. */

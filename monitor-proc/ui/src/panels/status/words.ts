@@ -3,7 +3,7 @@ import type { Link } from "../../net/link";
 import type { AfterDone } from "../../net/phases";
 import type { Hello, Status } from "../../net/protocol";
 import { PICKING_UP } from "../../net/wrong";
-import { sentence, words } from "../format";
+import { sentence, tenths, words } from "../format";
 
 /** What the line is told from. */
 export interface Facts {
@@ -104,8 +104,8 @@ function connection(facts: Facts, told: Told): Line | null {
   if (hello === null || heard_ms === null) return line("info", "Connecting", ["no message of the monitor yet"]);
   const at = clockTime(heard_ms);
   if (link === "no answer") return line("warn", "No answer", [`since ${at}; the page connects again`, stood(told, facts.paused)]);
-  const { demo, policy, seed } = hello.run;
-  const command = hello.live ? `robocell run ${demo} --policy ${policy} --seed ${seed}` : `robocell replay ${hello.source ?? "FILE"}`;
+  const { command: typed, demo, policy, seed } = hello.run;
+  const command = hello.live ? typed || `robocell run ${demo} --policy ${policy} --seed ${seed}` : `robocell replay ${hello.source ?? "FILE"}`;
   const what = hello.live ? "The cell" : "The replay";
   return { ...line("stale", `${what} has ended`, [`at ${at}`, stood(told, facts.paused), "this starts it again:"]), command };
 }
@@ -129,7 +129,7 @@ function source(facts: Facts, told: Told): Line | null {
     const count = incidents === 0 ? "" : `${incidents} ${incidents === 1 ? "incident" : "incidents"}`;
     const isOver = shown_s >= newest_s - END_S && newest_s > 0;
     const end = isOver ? (told.isSpecial ? "at its end" : "the recording ends here") : "";
-    const time = `${shown_s.toFixed(1)} s of ${newest_s.toFixed(1)} s`;
+    const time = `${tenths(shown_s)} of ${tenths(newest_s)}`;
     return line(told.tone === "bad" ? "bad" : "info", state, [...detail, end, time, count, hello.source ?? hello.run.demo]);
   }
   if (!past) return null;
@@ -160,7 +160,7 @@ export function taskOf(facts: Facts): Told {
   const again = () => told("warn", sentence(PICKING_UP), [phase, gripsLost(task), ...outside(gone)]);
   if (since.isAgain) return again();
   if (startEvent && !task.started) return told("info", "Waiting", ["for the start event"], ["start"], false);
-  if (task.wait !== "") return told("warn", "Waiting", [task.wait, phase, gripsLost(task)], [], false);
+  if (task.wait !== "") return told("warn", "Waiting", [task.wait, phase, ...held, gripsLost(task)], [], false);
   if (task.outcome === "idle") return told("info", "Idle", [phase], [], false);
   if (unreached !== "") return told("bad", "Not reached", [unreached, phase, ...held], ["tool"]);
   if (facts.isPickingUp) return again();

@@ -103,7 +103,10 @@ export function eventLog(context: PanelContext): HTMLElement {
   });
   store.on("hello", rebuild);
   context.pulse.add(list, () => {
-    if (waiting.length > 0) append(waiting.splice(0));
+    if (waiting.length === 0) return;
+    append(waiting.splice(0));
+    // In the picture that has the line.
+    follow();
   });
   store.on("log", (lines) => {
     if (lines.length > 0) {

@@ -4,7 +4,7 @@ import { FLAG } from "../../net/snapshot";
 import { button, setIcon } from "../button";
 import type { PanelContext } from "../context";
 import { el, setAttr, setText } from "../dom";
-import { sentence } from "../format";
+import { sentence, tenths } from "../format";
 import { mountLanes } from "./lanes";
 import { episodes } from "./episodes";
 import { drawnMarks } from "./marks";
@@ -130,8 +130,8 @@ export function mountTimeline(context: PanelContext, host: HTMLElement): void {
       range.style.left = `${100 * share(play.range[0])}%`;
       range.style.width = `${100 * (share(play.range[1]) - share(play.range[0]))}%`;
     }
-    setText(from, `${first.toFixed(1)} s`);
-    setText(to, `${last.toFixed(1)} s`);
+    setText(from, tenths(first));
+    setText(to, tenths(last));
     setText(now, shownTime(context, time, last));
     setAttr(bar, "aria-valuemin", first.toFixed(2));
     setAttr(bar, "aria-valuemax", last.toFixed(2));
@@ -153,10 +153,10 @@ export function mountTimeline(context: PanelContext, host: HTMLElement): void {
     draw();
   });
   const legend = MARKS.map(([mark, about]) => ({ mark, node: el("span", { hidden: true }, el("i", { "data-mark": mark }), about) }));
-  // Only of what there is: all of them have no room in one line.
+  // Only of what is drawn: all of them have no room in one line.
   context.pulse.add(host, () => {
-    const seen = new Set(store.marked.map(({ mark }) => mark));
-    for (const { mark, node } of legend) node.hidden = !seen.has(mark);
+    const drawn = new Set([...marks.querySelectorAll<HTMLElement>("[data-mark]")].map(({ dataset }) => dataset.mark));
+    for (const { mark, node } of legend) node.hidden = !drawn.has(mark);
   });
   listen(lanes.root);
   const live = el("div", { class: "row" }, liveButton(context, () => play.seek(null)), lanes.fold, linkButton(context), whole);

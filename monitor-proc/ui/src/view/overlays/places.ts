@@ -1,5 +1,5 @@
 // The places that the task's description names, as flat outlines where an object goes.
-import { Color, DoubleSide, Group, Mesh, MeshBasicMaterial, RingGeometry } from "three";
+import { BufferGeometry, Color, DoubleSide, Group, LineBasicMaterial, LineLoop, Mesh, MeshBasicMaterial, RingGeometry, Vector3 } from "three";
 import type { Scene } from "../../net/protocol";
 import type { Snapshot } from "../../net/snapshot";
 import type { Cell } from "../cell";
@@ -31,6 +31,12 @@ function halfWidth({ objects }: Scene): number {
   return Math.max(...sizes, 0) || USUAL_HALF_M;
 }
 
+/** The corners of a square around the origin, `radius` from it (m). */
+function corners(radius: number): BufferGeometry {
+  const angles = Array.from({ length: CORNERS }, (_, corner) => Math.PI / 4 + (2 * Math.PI * corner) / CORNERS);
+  return new BufferGeometry().setFromPoints(angles.map((angle) => new Vector3(radius * Math.cos(angle), radius * Math.sin(angle), 0)));
+}
+
 export class Places implements Overlay {
   readonly name = "targets";
   readonly root = new Group();
@@ -42,6 +48,7 @@ export class Places implements Overlay {
     this.root.clear();
     const half = halfWidth(scene) + AROUND_M;
     const paint = new MeshBasicMaterial({ color: COLOUR, side: DoubleSide, toneMapped: false, fog: false });
+    const line = new LineBasicMaterial({ color: COLOUR, toneMapped: false, fog: false });
     for (const [name, [x = 0, y = 0, z = 0]] of placesOf(scene)) {
       // A ring of four corners is a square.
       const square = new RingGeometry(Math.SQRT2 * half, Math.SQRT2 * (half + LINE_M), CORNERS, 1, Math.PI / 4);
@@ -49,6 +56,10 @@ export class Places implements Overlay {
       outline.name = `place ${name}`;
       outline.position.set(x, y, z + ABOVE_M);
       outline.raycast = () => {};
+      // A line is not thinner than a pixel, whatever the resolution.
+      const edge = new LineLoop(corners(Math.SQRT2 * (half + LINE_M / 2)), line);
+      edge.raycast = () => {};
+      outline.add(edge);
       this.root.add(outline);
     }
   }

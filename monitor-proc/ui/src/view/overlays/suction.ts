@@ -1,6 +1,6 @@
 // How near the load of a suction cup is to its break limit: a ring around the cup
 // and the percentage beside it.
-import { Box3, Group, Quaternion, Vector3 } from "three";
+import { Box3, Group, type Object3D, Quaternion, Vector3 } from "three";
 import type { ArmState, Snapshot } from "../../net/snapshot";
 import { place } from "../body";
 import type { Cell } from "../cell";
@@ -20,12 +20,13 @@ const RING_AXIS = new Vector3(0, 0, 1);
 
 /** Points on the way from one link to the next one. */
 const PER_LINK = 5;
+/** Of more objects none is told apart. */
+const MANY = 12;
 
 /** The object and its cup, which the text is about, and the arm. */
 function about(cell: Cell, index: number, { held, tcp }: ArmState): About {
   const body = cell.body(cell.scene.objects[held ?? -1]?.name ?? "");
-  const box = body == null ? null : new Box3().setFromObject(body.group);
-  const corners = box === null ? [] : [0, 1, 2, 3, 4, 5, 6, 7].map((bits) => corner(box, bits));
+  const corners = body == null ? [] : cornersOf(body.group);
   const links = cell.robot(index)?.chain() ?? [];
   const tool = new Vector3(...tcp.slice(0, 3));
   const wrist = links.slice(0, 1);
@@ -33,7 +34,16 @@ function about(cell: Cell, index: number, { held, tcp }: ArmState): About {
     const next = all[link + 1] ?? at;
     return Array.from({ length: PER_LINK }, (_, step) => at.clone().lerp(next, step / PER_LINK));
   });
-  return { shape: [...corners, ...wrist, tool], near };
+  const others = cell.bodies.filter((other) => other !== body && other.group.visible);
+  // A text on another object would be taken for one about it; a heap is one thing.
+  const beside = others.length > MANY ? [] : others.flatMap(({ group }) => [group.position, ...cornersOf(group)]);
+  return { shape: [...corners, ...wrist, tool], near: [...near, ...beside] };
+}
+
+/** The corners of what is around `group`. */
+function cornersOf(group: Object3D): Vector3[] {
+  const box = new Box3().setFromObject(group);
+  return [0, 1, 2, 3, 4, 5, 6, 7].map((bits) => corner(box, bits));
 }
 
 /** One of the eight corners of `box`. */

@@ -1,5 +1,5 @@
 // Three arrows: x red, y green, z blue.
-import { ConeGeometry, CylinderGeometry, Float32BufferAttribute, Mesh, MeshBasicMaterial } from "three";
+import { BufferGeometry, ConeGeometry, CylinderGeometry, Float32BufferAttribute, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial } from "three";
 import { mergeGeometries } from "three/addons/utils/BufferGeometryUtils.js";
 
 const AXES = [
@@ -35,7 +35,24 @@ export function triad(length: number, thickness: number, over: boolean, opacity 
       opacity,
     }),
   );
-  mesh.renderOrder = over ? 10 : 0;
-  mesh.raycast = () => {};
+  // A line is not thinner than a pixel, whatever the resolution.
+  const lines = new LineSegments(
+    axisLines(length),
+    new LineBasicMaterial({ vertexColors: true, toneMapped: false, fog: false, depthTest: !over, transparent: over || opacity < 1, opacity }),
+  );
+  for (const part of [mesh, lines]) {
+    part.renderOrder = over ? 10 : 0;
+    part.raycast = () => {};
+  }
+  mesh.add(lines);
   return mesh;
+}
+
+/** A line along each axis. */
+function axisLines(length: number): BufferGeometry {
+  const along = [[length, 0, 0], [0, length, 0], [0, 0, length]];
+  const geometry = new BufferGeometry();
+  geometry.setAttribute("position", new Float32BufferAttribute(along.flatMap((end) => [0, 0, 0, ...end]), 3));
+  geometry.setAttribute("color", new Float32BufferAttribute(AXES.flatMap(({ colour }) => [...colour, ...colour]), 3));
+  return geometry;
 }

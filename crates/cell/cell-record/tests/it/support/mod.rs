@@ -18,6 +18,7 @@ pub(crate) fn run() -> RunSpec {
         run: 77,
         cell: "one".into(),
         demo: "franka-stack".into(),
+        command: String::new(),
         policy: "fsm".into(),
         seed: 3,
         bins: None,
