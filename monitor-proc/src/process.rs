@@ -201,7 +201,8 @@ impl MonitorProcess {
         self.record_page();
     }
 
-    /// Takes what is new and shows it; pauses up to `until_ns` are no request of a page.
+    /// Reads new messages and publishes them. A pause before `until_ns` that no page requested is
+    /// logged.
     fn publish(&mut self, start_ns: u64, until_ns: u64) {
         // First, so that lines drained below are assigned to the right epoch.
         if let Some(state) = self.state.take() {

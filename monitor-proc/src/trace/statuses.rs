@@ -48,7 +48,7 @@ impl TraceModel {
         }
     }
 
-    /// A reset is no transition: the task begins in a state, from whatever state it was in.
+    /// Forgets the last transitions when the task was reset: a reset sets the state without one.
     pub(super) fn see_reset(&mut self, text: &str) {
         if text != "[task] reset" {
             return;

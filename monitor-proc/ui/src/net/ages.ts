@@ -1,6 +1,6 @@
 // When each guard was asked last, and when each key was set, in simulated time. An
-// answer that stays the same arrives again every half second at most. What is told
-// without a time was so before.
+// answer that stays the same arrives again every half second at most. A message
+// without a time describes a state that began earlier.
 import type { Graph, TextMessage } from "./protocol";
 
 /** What was asked longer ago may be otherwise by now (s). */

@@ -219,7 +219,7 @@ export interface LogLine {
   incident?: number;
 }
 
-/** What is told without a time was so before. */
+/** Without a time the message describes a state that began earlier. */
 interface Change {
   /** When it changed (simulated s). */
   time_s?: number;

@@ -22,7 +22,7 @@ export function withResets(lane: Span[], resets: number[], length_s: number, add
 interface Cut {
   at_s: number;
   after_s: number;
-  /** Whether a state of which nothing else is told begins again. */
+  /** Whether the state before the reset restarts where no other one follows. */
   isKept: boolean;
 }
 

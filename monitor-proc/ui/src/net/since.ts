@@ -23,7 +23,7 @@ export class Since {
   private takeLetters(at: number, letters: string, time_s: number | null, started: Set<number>): void {
     const before = this.letters[at] ?? "";
     const known = this.since_s[at] ?? [];
-    // What was so before the first message is so since a time that is not known.
+    // The start of a status that is older than the first message is unknown.
     const changed_s = before === "" ? null : time_s;
     this.since_s[at] = [...letters].map((letter, node) => (started.has(node) ? time_s : letter === before[node] ? (known[node] ?? null) : changed_s));
     this.letters[at] = letters;

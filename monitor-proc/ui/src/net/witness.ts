@@ -112,7 +112,7 @@ class States {
     });
   }
 
-  /** An arm that hardly moves is not always at rest, which is no new fault. */
+  /** Ends the state after `REST_S` of motion: an arm that creeps alternates between rest and motion. */
   private leave(index: number, away: Away, time_s: number): void {
     away.left_s ??= time_s;
     if (away.told && time_s - away.left_s < REST_S) return;

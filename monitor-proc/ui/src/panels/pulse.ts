@@ -34,7 +34,10 @@ export class Pulse {
     requestAnimationFrame(() => this.behind());
   }
 
-  /** Asks behind a picture of the browser, when what was written before has its style and place; writes with the next one, in which the 3D view shows the same moment. */
+  /**
+   * Reads after a frame of the browser, when style and layout are up to date, and writes in the next frame, in which the
+   * 3D view shows the same moment.
+   */
   private behind(): void {
     const begun_ms = performance.now();
     setTimeout(() => {
@@ -47,7 +50,7 @@ export class Pulse {
     });
   }
 
-  /** Asks the page for sizes and for what is shown; what it returns writes. */
+  /** Reads sizes and visibility; returns the function that writes. */
   private ask(): () => void {
     const { measures } = this;
     this.measures = [];
