@@ -22,10 +22,10 @@ export async function breakpoints(test) {
   await accessible(page, "a breakpoint that was reached");
   if (process.env.PAGE_SHOT) await page.screenshot({ path: `${process.env.PAGE_SHOT}-break.png` });
   // Decision by decision: also from a tick that is none.
+  const before = (await look((r) => r.store.snapshot.tick)) + 3;
   robocell("step", "3");
-  const tick = () => look((r) => r.store.snapshot.tick);
-  await until("it stepped", (r) => r.store.status.pause_cause === "step");
-  const before = await tick();
+  // The snapshot too: the status may be newer.
+  await until("it stepped", (r, tick) => r.store.status.pause_cause === "step" && r.store.snapshot.tick === tick, before);
   await page.getByRole("button", { name: "Next decision" }).click();
   const next = before - (before % DECISION_TICKS) + DECISION_TICKS;
   await until("the next decision", (r, next) => r.store.snapshot.tick === next && (r.store.snapshot.flags & 1) !== 0, next);
