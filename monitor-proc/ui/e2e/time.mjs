@@ -92,6 +92,8 @@ async function resetsAndMarks({ page, look, until, same }) {
   const cut = (r, times) => times.every((at_s) => ["task", "phase"].every((kind) => r.store.spans.some((span) => span.kind === kind && span.from_s === at_s)));
   await until("the lanes are cut at the resets", cut, times);
   await page.locator('.marks [data-mark="reset"]').nth(1).waitFor({ state: "attached" });
+  // The list shows a line with its next update.
+  await page.locator('.event[data-mark="reset"]').nth(1).waitFor({ state: "attached" });
   same("rows of resets", await page.locator('.event[data-mark="reset"]').count(), 2);
   await page.locator('.marks [title*="one moment"]').nth(2).waitFor({ state: "attached" });
   const at = await look(() => [...document.querySelectorAll('.marks [title*="one moment"]')].map((node) => node.getBoundingClientRect().x).sort((a, b) => a - b));
