@@ -3,6 +3,8 @@
 pub(crate) mod contacts;
 pub(crate) mod convert;
 pub(crate) mod entered;
+pub(crate) mod friction;
+pub(crate) mod hooks;
 pub(crate) mod manifolds;
 pub(crate) mod masses;
 pub(crate) mod objects;

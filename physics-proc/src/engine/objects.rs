@@ -91,7 +91,9 @@ fn insert(world: &mut PhysicsWorld, cell: &Cell) -> Vec<RigidBodyHandle> {
             object.friction,
             Tag::Object(index),
         )
-        .mass(object.mass);
+        .mass(object.mass)
+        // Friction along the slip (`engine::friction`).
+        .active_hooks(ActiveHooks::MODIFY_SOLVER_CONTACTS);
         world
             .colliders
             .insert_with_parent(collider.build(), body, &mut world.bodies);

@@ -9,7 +9,16 @@ use rapier3d_f64::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::engine::objects::Objects;
+use crate::engine::settings::{PREDICTION_M, TICK_S};
 use crate::engine::{convert, manifolds};
+
+/// Contacts of an object that moves faster than this are made ahead by its way in a tick (m/s).
+// Two objects that are slower do not pass the distance in which all contacts are made.
+const FAST_M_S: f64 = 0.5 * PREDICTION_M / TICK_S;
+/// The largest such way (m).
+// Without it 6 of 40 washers of 1 mm that fall from 0.7 to 1.2 m pass a sheet of 1 mm. This
+// covers 20 m/s; sweeps (`max_ccd_substeps`) stop fewer of them.
+const FAST_WAY_M: f64 = 0.02;
 
 /// The engine, and the objects of the cell by their index in the cell file.
 pub(crate) struct Engine {
@@ -61,6 +70,7 @@ impl Engine {
         if self.broken || self.ideal {
             return;
         }
+        self.predict_contacts();
         let rapier = &mut self.rapier;
         let step = AssertUnwindSafe(|| rapier.step_with_events(hooks, &()));
         self.broken = catch_unwind(step).is_err();
@@ -69,6 +79,22 @@ impl Engine {
         } else {
             u32::try_from(self.disabled().len()).unwrap_or(0)
         };
+    }
+
+    /// Has the engine make contacts of fast objects ahead, or thin ones pass each other within a
+    /// tick. Slow ones keep the margin of all contacts, which the engine then leaves out.
+    fn predict_contacts(&mut self) {
+        for object in 0..self.objects().len() {
+            let Some(body) = self.object(object) else {
+                continue;
+            };
+            let is_fast = body.linvel().length_squared() > FAST_M_S * FAST_M_S;
+            // The engine examines every body that was borrowed to be changed.
+            let changes = is_fast != (body.soft_ccd_prediction() > 0.0);
+            if changes && let Some(body) = self.object_mut(object) {
+                body.set_soft_ccd_prediction(if is_fast { FAST_WAY_M } else { 0.0 });
+            }
+        }
     }
 
     /// Bodies that the engine disabled in the last step.

@@ -8,6 +8,7 @@ use rapier3d_f64::prelude::*;
 use crate::engine::convert;
 use crate::engine::objects::Fixtures;
 use crate::engine::simulation::Engine;
+use crate::engine::tag::Tag;
 
 /// The belt in the engine.
 pub(crate) struct Belt {
@@ -43,61 +44,61 @@ impl Belt {
         })
     }
 
-    /// Makes the engine call [`Hooks`] for contacts of the belt.
+    /// Makes the engine call [`crate::engine::hooks::Hooks`] for contacts of the belt with arms,
+    /// too.
     pub(super) fn drive_contacts(&self, engine: &mut PhysicsWorld) {
         if let Some(collider) = engine.colliders.get_mut(self.collider) {
             collider.set_active_hooks(ActiveHooks::MODIFY_SOLVER_CONTACTS);
         }
     }
 
-    /// Whether a point in the world is above it.
-    pub(super) fn is_below(&self, point: &Vector3<f64>) -> bool {
+    /// Its collider, and the velocity of its surface while it runs (m/s, world frame).
+    pub(super) fn surface(&self) -> (ColliderHandle, Vector) {
+        (self.collider, convert::to_vector(&self.velocity))
+    }
+
+    /// Whether a point in the world is above it, by `height` at most (m).
+    pub(super) fn is_below(&self, point: &Vector3<f64>, height: f64) -> bool {
         let local = self.pose.inverse_transform_point(&Point3::from(*point));
         let [x, y] = self.half;
-        local.x.abs() <= x && local.y.abs() <= y && local.z > 0.0
+        local.x.abs() <= x && local.y.abs() <= y && local.z > 0.0 && local.z <= height
     }
 
-    /// Wakes objects on the belt: a sleeping one would not be moved.
-    pub(super) fn wake(&self, engine: &mut Engine) {
-        engine.wake(|_, body| {
-            let place = convert::from_vector(body.translation());
-            body.is_enabled() && self.is_below(&place)
-        });
+    /// Height of a point above the middle of the belt's fixture (m).
+    pub(super) fn height_of(&self, point: &Vector3<f64>) -> f64 {
+        let local = self.pose.inverse_transform_point(&Point3::from(*point));
+        local.z
     }
-}
 
-/// Called by the engine in each step for contacts of the belt: while it runs, their surface
-/// velocity moves the objects.
-pub(crate) struct Hooks {
-    belt: Option<(ColliderHandle, Vector)>,
-}
-
-impl PhysicsHooks for Hooks {
-    fn modify_solver_contacts(&self, context: &mut ContactModificationContext<'_>) {
-        let Some((belt, velocity)) = self.belt else {
-            return;
-        };
-        // The engine applies the velocity to the surface of the first collider.
-        let velocity = if context.collider1 == belt {
-            velocity
-        } else if context.collider2 == belt {
-            -velocity
-        } else {
-            return;
-        };
-        if let Some(manifold) = context.rigid_mut() {
-            for contact in manifold.solver_contacts.iter_mut() {
-                contact.tangent_velocity = velocity;
+    /// The objects that touch the belt or nearly do, also those that sleep.
+    pub(super) fn touching(&self, engine: &Engine) -> Vec<usize> {
+        let rapier = engine.rapier();
+        let pairs = rapier.narrow_phase.contact_pairs_with(self.collider);
+        let others = pairs.map(|pair| {
+            if pair.collider1 == self.collider {
+                pair.collider2
+            } else {
+                pair.collider1
             }
-        }
+        });
+        let tags = others.filter_map(|other| {
+            let other = rapier.colliders.get(other)?;
+            Some(Tag::decode(other.user_data))
+        });
+        let mut objects: Vec<usize> = tags
+            .filter_map(|tag| match tag {
+                Tag::Object(object) => Some(object),
+                Tag::Fixture(_) | Tag::Link { .. } => None,
+            })
+            .collect();
+        // The order of the engine's pairs is that in which it found them.
+        objects.sort_unstable();
+        objects
     }
-}
 
-impl Hooks {
-    /// The hooks of the next tick; `belt` is the running belt.
-    pub(super) fn new(belt: Option<&Belt>) -> Self {
-        Self {
-            belt: belt.map(|belt| (belt.collider, convert::to_vector(&belt.velocity))),
-        }
+    /// Wakes the objects on the belt: a sleeping one would not be moved.
+    pub(super) fn wake(&self, engine: &mut Engine) {
+        let touching = self.touching(engine);
+        engine.wake(|object, body| body.is_enabled() && touching.binary_search(&object).is_ok());
     }
 }

@@ -8,10 +8,11 @@ use nalgebra::Isometry3;
 use rapier3d_f64::prelude::PhysicsWorld;
 use serde::{Deserialize, Serialize};
 
+use crate::engine::hooks::Hooks;
 use crate::engine::objects::Fixtures;
 use crate::engine::simulation::Engine;
 use crate::engine::{convert, shapes};
-use crate::equipment::conveyor::{Belt, Hooks};
+use crate::equipment::conveyor::Belt;
 use crate::equipment::dispenser::{Dispenser, DispenserState};
 use crate::equipment::parking::Parking;
 use crate::equipment::sensors::{self, Sensor};
@@ -160,7 +161,7 @@ impl Equipment {
 
     /// The hooks of the next step.
     pub(crate) fn hooks(&self) -> Hooks {
-        Hooks::new(self.running_belt())
+        Hooks::new(self.running_belt().map(Belt::surface))
     }
 
     fn running_belt(&self) -> Option<&Belt> {

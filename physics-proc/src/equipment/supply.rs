@@ -24,6 +24,9 @@ const DEVICE: u64 = 1;
 /// Largest number of open requests; the others are refused.
 // More than a belt takes: the others could not be met for long.
 const MOST_PENDING: u32 = 64;
+/// A bin arrives at most this far above the place of the cell file (m).
+// A rounding error and the way of a few ticks.
+const ARRIVAL_M: f64 = 1.0e-3;
 
 /// A supply of bins.
 pub(crate) struct Supply {
@@ -182,16 +185,20 @@ impl Supply {
         Ok(())
     }
 
-    /// Number of bins on the belt.
+    /// Number of bins on the belt, and on their way down to it.
     fn waiting_bins(&self, cell: &Surroundings<'_>) -> usize {
         let (Some(belt), engine) = (cell.belt, &*cell.engine) else {
             return 0;
         };
+        let touching = belt.touching(engine);
+        // A bin that is higher than one that arrives is on something else, above the belt.
+        let highest = belt.height_of(&Vector3::from(self.table.position_m)) + ARRIVAL_M;
         let waits = |object: &&usize| {
             let pose = engine.object_pose(**object);
+            let falls = pose.is_some_and(|pose| belt.is_below(&pose.translation.vector, highest));
             engine.is_here(**object)
                 && !cell.grippers.is_attached(**object)
-                && pose.is_some_and(|pose| belt.is_below(&pose.translation.vector))
+                && (falls || touching.binary_search(object).is_ok())
         };
         self.objects.iter().filter(waits).count()
     }

@@ -59,8 +59,15 @@ impl GripperDrive {
         measured: f64,
     ) -> DriveTarget {
         let reach = gripper.speed * TICK_S;
-        let step = (self.wanted - self.target).clamp(-reach, reach);
         let lead = self.force / stiffness + LEAD_M;
+        // A closed hand presses what is between its fingers with its force, however thin that
+        // is: its target is as far behind the middle as the force needs.
+        let wanted = if self.wanted > 0.0 {
+            self.wanted
+        } else {
+            -lead
+        };
+        let step = (wanted - self.target).clamp(-reach, reach);
         // Bounded lead: a blocked finger would otherwise collect target, and open late by it.
         let target = (self.target + step).clamp(measured - lead, measured + lead);
         // No target velocity at the goal: the damping would drive the fingers past it.
@@ -69,7 +76,7 @@ impl GripperDrive {
         } else {
             step / TICK_S
         };
-        self.target = target.clamp(0.0, 0.5 * gripper.max_width);
+        self.target = target.clamp(wanted.min(0.0), 0.5 * gripper.max_width);
         DriveTarget {
             position: self.target,
             velocity,

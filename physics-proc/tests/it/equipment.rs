@@ -94,6 +94,30 @@ fn bins_come_one_by_one_until_enough_wait_and_the_sensor_sees_them() {
 }
 
 #[test]
+fn a_bin_on_a_shelf_above_the_belt_does_not_wait_on_it() {
+    let mut plc = Plc::with(3, |cell| {
+        let mut shelf = cell.fixtures[0].clone();
+        shelf.name = "shelf".to_owned();
+        let size_m = [0.5, 0.5, 0.02];
+        shelf.shape = cell_model::Shape::Box { size_m };
+        shelf.pose = nalgebra::Isometry3::translation(1.2, 0.3, 0.6);
+        cell.fixtures.push(shelf);
+    });
+    plc.io.add_bin += 1;
+    plc.run(1_500);
+    // Up, and over the shelf before the first drag ends.
+    plc.drag(0, [1.2, 1.4, 0.9], 5.0);
+    plc.run(1_000);
+    plc.drag(0, [1.2, 0.3, 0.72], 5.0);
+    plc.run(6_000);
+    assert!(plc.position(0).z > 0.6, "{}", plc.position(0));
+    plc.io.conveyor_running = 1;
+    plc.io.add_bin += 2;
+    plc.run(6_000);
+    assert_eq!(plc.state().equipment.bins_supplied, 3);
+}
+
+#[test]
 fn the_seed_turns_bins_over_and_the_operator_may_ask_for_it() {
     let up = |plc: &Plc, bin: usize| (plc.pose(bin).rotation * Vector3::z()).z;
     let mut turned = 0;

@@ -10,10 +10,15 @@
 
 mod apart;
 mod belts;
+mod loads;
 mod masses;
+mod pads;
 mod piles;
 mod rest;
 mod restored;
 mod rolling;
 mod scene;
+mod sink;
+mod slopes;
+mod thin;
 mod towers;

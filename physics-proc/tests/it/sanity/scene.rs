@@ -135,6 +135,11 @@ impl Running {
         self.look();
     }
 
+    /// Starts or stops the belt.
+    pub(super) fn run_belt(&mut self, runs: bool) {
+        self.decision.io.conveyor_running = runs.into();
+    }
+
     /// Reads the present state.
     pub(super) fn look(&mut self) {
         self.world.write_state(&mut self.state);

@@ -181,9 +181,16 @@ impl Rig {
     /// As `pick`, the hand turned by `turn` from the object's own yaw.
     pub fn pick_turned(&mut self, object: usize, height: f64, turn: f64) {
         let pose = self.object(object);
-        let [x, y, z] = pose.translation.vector.into();
         let (_, _, yaw) = pose.rotation.euler_angles();
-        let yaw = yaw + turn;
+        self.pick_at_turned(pose.translation.vector.into(), height, yaw + turn);
+    }
+
+    /// Opens above `place`, goes down, closes, lifts by `height`.
+    pub fn pick_at(&mut self, place: [f64; 3], height: f64) {
+        self.pick_at_turned(place, height, 0.0);
+    }
+
+    fn pick_at_turned(&mut self, [x, y, z]: [f64; 3], height: f64, yaw: f64) {
         self.width = 0.08;
         let above = self.solve([x, y, z + 0.1], yaw);
         self.travel(above, 2.0);
