@@ -67,8 +67,6 @@ pub(crate) struct Before<'a> {
     pub(crate) tool: &'a Tool,
     /// Whether this is the first command of the motion.
     pub(crate) is_first: bool,
-    /// Whether it is the last one.
-    pub(crate) is_last: bool,
 }
 
 /// The commanded motion of the end effector in the base frame.
@@ -107,8 +105,7 @@ pub(crate) fn check_tool(before: &Before<'_>, tool: &Tool, by_pose: bool) -> Res
         ];
         for (value, limit, base) in parts {
             let room = if by_pose { 2.0 * ROUNDING[order] } else { 0.0 };
-            let is_jerk_of_end = order == 2 && before.is_last;
-            if value <= limit * (1.0 + TOLERANCE) + room || is_jerk_of_end {
+            if value <= limit * (1.0 + TOLERANCE) + room {
                 continue;
             }
             let is_start = before.is_first && by_pose && order > 0;
@@ -202,12 +199,30 @@ pub(crate) fn check(
                 "rad/s²",
             ));
         }
-        // The last command of a motion may have been repeated since the arm was at rest.
-        if is_above(jerk, limit.jerk) && !before.is_last {
+        if is_above(jerk, limit.jerk) {
             return Err(broken(errors[3], jerk, limit.jerk, "rad/s³"));
         }
     }
     Ok(())
+}
+
+/// Checks that the arm can be at rest in the cycle after the last command of a motion, with which
+/// it is at `before`.
+// The robot takes the derivatives of a motion across its end, too: a client that ends while the arm
+// moves gets an error of discontinuity, and not a limit of its own.
+pub(crate) fn check_end(before: &Before<'_>, generator: Generator) -> Result<(), Broken> {
+    if generator.is_cartesian() {
+        let tool = Tool {
+            acceleration: -before.tool.twist / CYCLE_S,
+            ..Tool::at(before.tool.pose)
+        };
+        check_tool(before, &tool, generator == Generator::CartesianPose)?;
+    }
+    let at_rest = before.joints.map(|joint| RampState {
+        position: joint.position,
+        ..RampState::default()
+    });
+    check(before, generator, &at_rest)
 }
 
 /// Velocity, acceleration and jerk from `last` to `next`. A state has numbers of 24 bits: a

@@ -1,6 +1,7 @@
 //! One cycle of the robot.
 
 use cell_model::ramp::{self, RampState};
+use nalgebra::Isometry3;
 
 use super::{Arm, LOST_ANSWERS, LateAnswer, Measured, Mode, Motion, Reflex, Setpoint};
 use crate::datagram::RobotCommand;
@@ -8,7 +9,7 @@ use crate::error::Error;
 use crate::follow::{follow, rest, start};
 use crate::kinematics::Joints;
 use crate::limits::{CYCLE_S, TOLERANCE};
-use crate::motion::{Before, Broken, Generator, Tool, check_torques};
+use crate::motion::{Before, Broken, Generator, Tool, check_end, check_torques};
 use crate::request::MoveStatus;
 
 /// Distance at which parts of the arm count as touching (m).
@@ -123,7 +124,32 @@ impl Arm {
         self.check_self(&joints)?;
         (self.memory.joints, self.memory.tool, self.memory.start) = (joints, tool, start);
         self.follow_by_joints(motion.generator);
+        // A first command may be the start at rest, see `followed`.
+        if command.is_finished && start.is_none() {
+            let end_effector = self.end_effector();
+            return check_end(
+                &self.before(&end_effector, measured, false),
+                motion.generator,
+            );
+        }
         Ok(())
+    }
+
+    fn before<'a>(
+        &'a self,
+        end_effector: &'a Isometry3<f64>,
+        measured: &'a Measured,
+        is_first: bool,
+    ) -> Before<'a> {
+        Before {
+            limits: &self.limits,
+            kinematics: &self.kinematics,
+            end_effector,
+            joints: &self.memory.joints,
+            measured: &measured.positions,
+            tool: &self.memory.tool,
+            is_first,
+        }
     }
 
     /// Joints and end effector after a command, and after the first one these at rest.
@@ -137,16 +163,7 @@ impl Arm {
         measured: &Measured,
     ) -> Result<Followed, Broken> {
         let end_effector = self.end_effector();
-        let before = Before {
-            limits: &self.limits,
-            kinematics: &self.kinematics,
-            end_effector: &end_effector,
-            joints: &self.memory.joints,
-            measured: &measured.positions,
-            tool: &self.memory.tool,
-            is_first,
-            is_last: command.is_finished,
-        };
+        let before = self.before(&end_effector, measured, is_first);
         let generator = motion.generator;
         let is_by_pose = matches!(
             generator,
@@ -230,7 +247,7 @@ impl Arm {
         }
     }
 
-    fn flange_at_joints(&self) -> nalgebra::Isometry3<f64> {
+    fn flange_at_joints(&self) -> Isometry3<f64> {
         let positions = Joints::from_fn(|joint, _| self.memory.joints[joint].position);
         self.kinematics.flange(&positions)
     }

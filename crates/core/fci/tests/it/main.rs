@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 mod allocation;
+mod ends;
 mod gripper;
 mod messages;
 mod motions;

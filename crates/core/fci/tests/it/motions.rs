@@ -2,7 +2,7 @@
 
 use fci::{Error, Reflex, Request};
 
-use crate::support::{Bench, command, numbers};
+use crate::support::{Bench, assert_broken, command, numbers};
 
 /// Runs a motion in joint velocities: joint 7 follows `speed` of the cycle.
 fn velocities(bench: &mut Bench, cycles: u64, speed: impl Fn(u64) -> f64) -> Option<Reflex> {
@@ -61,17 +61,6 @@ fn the_success_rate_is_that_of_the_last_hundred_cycles() {
         bench.cycle(answer.as_ref());
     }
     assert_eq!(numbers(&bench.state(), 1373, 1), [0.75]);
-}
-
-fn assert_broken(reflex: Option<Reflex>, error: Error, cycle: u64, value: f64, limit: f64) {
-    let reflex = reflex.unwrap();
-    assert_eq!(reflex.broken.error, error, "{reflex:?}");
-    assert_eq!(reflex.cycle, cycle, "{reflex:?}");
-    assert!(
-        (reflex.broken.value - value).abs() < 1e-6 * value.abs(),
-        "{reflex:?}"
-    );
-    assert!((reflex.broken.limit - limit).abs() < 1e-9, "{reflex:?}");
 }
 
 #[test]

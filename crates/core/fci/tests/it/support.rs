@@ -3,8 +3,8 @@
 use cell_model::ramp::RampState;
 use cell_model::{Data, Robot};
 use fci::{
-    Arm, COMMAND_BYTES, Framed, Measured, MoveRequest, Reply, Request, RobotCommand, STATE_BYTES,
-    Setpoint,
+    Arm, COMMAND_BYTES, Error, Framed, Measured, MoveRequest, Reflex, Reply, Request, RobotCommand,
+    STATE_BYTES, Setpoint,
 };
 use nalgebra::Vector3;
 
@@ -30,8 +30,12 @@ pub(crate) struct Bench {
 
 impl Bench {
     pub(crate) fn new() -> Self {
+        Self::at(robot().home().try_into().unwrap())
+    }
+
+    /// At rest at these joint positions (rad).
+    pub(crate) fn at(home: [f64; 7]) -> Self {
         let robot = robot();
-        let home: [f64; 7] = robot.home().try_into().unwrap();
         let rest = home.map(|position| RampState {
             position,
             ..RampState::default()
@@ -114,6 +118,24 @@ impl Bench {
         }
         assert!(self.arm.is_at_rest());
     }
+}
+
+/// A reflex with this error in this cycle, and with the value that a formula gives.
+pub(crate) fn assert_broken(
+    reflex: Option<Reflex>,
+    error: Error,
+    cycle: u64,
+    value: f64,
+    limit: f64,
+) {
+    let reflex = reflex.unwrap();
+    assert_eq!(reflex.broken.error, error, "{reflex:?}");
+    assert_eq!(reflex.cycle, cycle, "{reflex:?}");
+    assert!(
+        (reflex.broken.value - value).abs() < 1e-6 * value.abs(),
+        "{reflex:?}"
+    );
+    assert!((reflex.broken.limit - limit).abs() < 1e-9, "{reflex:?}");
 }
 
 /// Numbers of a state from byte `at` on.
