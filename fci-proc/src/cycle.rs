@@ -20,7 +20,7 @@ const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 /// Grip force from which a hand holds something in the first cycle (N).
 const HOLDING_FORCE_N: f64 = 1.0;
 /// Version of the checkpoint; another one is refused.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// Why an arm has no such interface.
 #[derive(Debug, thiserror::Error)]

@@ -142,7 +142,7 @@ fn no_bytes_whatever_make_an_interface_that_panics() {
     newer[0] += 1;
     let refused = cycle().restore(&newer);
     assert!(
-        matches!(refused, Err(CheckpointError::Version(2))),
+        matches!(refused, Err(CheckpointError::Version(3))),
         "{refused:?}"
     );
     // Nonsense anywhere is refused or taken, and then calculated with.

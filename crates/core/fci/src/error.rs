@@ -61,6 +61,8 @@ impl Error {
     pub const SELF_COLLISION: Self = Self(2);
     /// A measured joint is too fast.
     pub const JOINT_VELOCITY: Self = Self(3);
+    /// The end effector as measured is too fast.
+    pub const CARTESIAN_VELOCITY: Self = Self(4);
     /// The first commanded joint positions are not those of the robot.
     pub const START_POSE: Self = Self(11);
     /// A commanded joint position is outside of its limits.
@@ -73,12 +75,18 @@ impl Error {
     pub const ACCELERATION_DISCONTINUITY: Self = Self(15);
     /// The first commanded pose is not that of the robot.
     pub const CARTESIAN_START_POSE: Self = Self(16);
+    /// A commanded elbow is outside of the limits of joint 3.
+    pub const ELBOW_LIMIT: Self = Self(17);
     /// A commanded velocity of the end effector is above its limit.
     pub const CARTESIAN_VELOCITY_LIMIT: Self = Self(18);
     /// A commanded acceleration of the end effector is above its limit.
     pub const CARTESIAN_VELOCITY_DISCONTINUITY: Self = Self(19);
     /// A commanded jerk of the end effector is above its limit.
     pub const CARTESIAN_ACCELERATION_DISCONTINUITY: Self = Self(20);
+    /// A commanded elbow has the flip direction that joint 4 has not.
+    pub const ELBOW_SIGN: Self = Self(21);
+    /// The first commanded elbow is not that of the robot.
+    pub const START_ELBOW: Self = Self(22);
     /// Twenty answers in a row were late or missing.
     pub const COMMUNICATION: Self = Self(25);
     /// The joint positions of a commanded pose are outside of their limits.

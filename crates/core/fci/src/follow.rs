@@ -4,10 +4,10 @@ use cell_model::ramp::RampState;
 use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3, Vector6};
 
 use crate::JOINTS;
-use crate::datagram::RobotCommand;
+use crate::datagram::{Elbow, RobotCommand};
 use crate::error::Error;
 use crate::kinematics::{Joints, smallest};
-use crate::limits::CYCLE_S;
+use crate::limits::{CYCLE_S, TOLERANCE};
 use crate::motion::{Before, Broken, Generator, Tool, check, check_tool};
 
 /// Rounding of positions by a state, seen through the inverse kinematics (rad).
@@ -27,12 +27,14 @@ pub(crate) fn follow(
             let pose = pose_of(&command.pose)?;
             tool = moved(before.tool, &pose);
             check_tool(before, &tool, true)?;
+            check_elbow(before, command)?;
             by_pose(before, &pose, elbow_step(before, command))?
         }
         Generator::CartesianVelocity => {
             let twist = Vector6::from(command.twist);
             tool = led(before.tool, &twist);
             check_tool(before, &tool, false)?;
+            check_elbow(before, command)?;
             by_twist(before, &twist, elbow_step(before, command))
         }
         Generator::None => *before.joints,
@@ -55,7 +57,8 @@ pub(crate) fn start(
         Generator::CartesianPose => {
             let pose = pose_of(&command.pose).ok()?;
             let (at, end) = (at(before), before.end_effector);
-            before.kinematics.solve((&at, 0.0), end, &pose)?.into()
+            let elbow = elbow_step(before, command);
+            before.kinematics.solve((&at, elbow), end, &pose)?.into()
         }
         _ => return None,
     };
@@ -110,7 +113,39 @@ fn at(before: &Before<'_>) -> Joints {
 fn elbow_step(before: &Before<'_>, command: &RobotCommand) -> f64 {
     let now = before.joints[2].position;
     // A jump is left to the checks of the joints.
-    command.elbow.map_or(0.0, |elbow| elbow - now)
+    command.elbow.map_or(0.0, |elbow| elbow.position - now)
+}
+
+/// Checks the elbow of a command. Its velocity, acceleration and jerk are those of joint 3, which
+/// has the same limits.
+fn check_elbow(before: &Before<'_>, command: &RobotCommand) -> Result<(), Broken> {
+    let Some(elbow) = command.elbow else {
+        return Ok(());
+    };
+    let broken = |error, joint, value, limit, unit| Broken {
+        error,
+        joint: Some(joint),
+        value,
+        limit,
+        unit,
+    };
+    let sign = Elbow::of(&before.joints.map(|joint| joint.position)).sign;
+    if elbow.sign != sign {
+        let unit = "as the flip direction of the elbow";
+        return Err(broken(Error::ELBOW_SIGN, 3, elbow.sign, sign, unit));
+    }
+    let limit = &before.limits[2];
+    if !limit.allows(elbow.position) {
+        let end = limit.nearest_end(elbow.position);
+        return Err(broken(Error::ELBOW_LIMIT, 2, elbow.position, end, "rad"));
+    }
+    let step = elbow_step(before, command);
+    let is_near = step.abs() <= limit.acceleration * (1.0 + TOLERANCE) * CYCLE_S * CYCLE_S;
+    if before.is_first && !is_near {
+        let unit = "rad from the start";
+        return Err(broken(Error::START_ELBOW, 2, step, 0.0, unit));
+    }
+    Ok(())
 }
 
 fn by_pose(

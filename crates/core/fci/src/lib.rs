@@ -22,7 +22,7 @@ mod urdf;
 pub use arm::{
     Arm, ArmMemory, LOST_ANSWERS, LateAnswer, Measured, NotSevenJoints, Reflex, Setpoint,
 };
-pub use datagram::{COMMAND_BYTES, RobotCommand};
+pub use datagram::{COMMAND_BYTES, ELBOW_FLIP, Elbow, RobotCommand};
 pub use error::{ERROR_COUNT, Error, Errors};
 pub use gripper::{
     Fingers, GRIPPER_HEADER_BYTES, GRIPPER_REQUEST_BYTES, GRIPPER_STATE_BYTES, GRIPPER_VERSION,

@@ -108,7 +108,8 @@ pub(crate) fn check_tool(before: &Before<'_>, tool: &Tool, by_pose: bool) -> Res
             if value <= limit * (1.0 + TOLERANCE) + room {
                 continue;
             }
-            let is_start = before.is_first && by_pose && order > 0;
+            // A jump of the first command is a wrong start, as with joints.
+            let is_start = before.is_first && by_pose;
             return Err(Broken {
                 error: if is_start {
                     Error::CARTESIAN_START_POSE

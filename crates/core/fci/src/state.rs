@@ -5,6 +5,7 @@ use nalgebra::{Isometry3, Matrix4, Vector6};
 
 use crate::JOINTS;
 use crate::bytes::Writer;
+use crate::datagram::Elbow;
 use crate::error::Errors;
 use crate::hand::Hand;
 use crate::motion::Tool;
@@ -66,7 +67,7 @@ impl StateValues<'_> {
         to.f32s(&[*mass]);
         to.f32s(inertia);
         to.f32s(center);
-        // Elbow: position of joint 3 and sign of joint 4, measured and commanded.
+        // Measured and commanded.
         to.f32s(&elbow(&self.positions));
         to.f32s(&elbow(&self.commanded_positions));
         to.f32s(&self.torques);
@@ -104,5 +105,6 @@ impl StateValues<'_> {
 }
 
 fn elbow(positions: &[f64; JOINTS]) -> [f64; 2] {
-    [positions[2], if positions[3] < 0.0 { -1.0 } else { 1.0 }]
+    let Elbow { position, sign } = Elbow::of(positions);
+    [position, sign]
 }

@@ -8,7 +8,7 @@ use crate::datagram::RobotCommand;
 use crate::error::Error;
 use crate::follow::{follow, rest, start};
 use crate::kinematics::Joints;
-use crate::limits::{CYCLE_S, TOLERANCE};
+use crate::limits::{CYCLE_S, LINEAR, TOLERANCE};
 use crate::motion::{Before, Broken, Generator, Tool, check_end, check_torques};
 use crate::request::MoveStatus;
 
@@ -300,7 +300,26 @@ impl Arm {
                 unit,
             });
         }
-        Ok(())
+        self.check_measured_tool(measured)
+    }
+
+    fn check_measured_tool(&self, measured: &Measured) -> Result<(), Broken> {
+        let positions = Joints::from(measured.positions);
+        let (jacobian, _) = self.kinematics.jacobian(&positions, &self.end_effector());
+        let twist = jacobian * Joints::from(measured.velocities);
+        // Only the linear part: joint 7 alone may be faster than the limit of the angular one.
+        let value = twist.fixed_rows::<3>(0).norm();
+        let limit = LINEAR[0];
+        if value <= limit * (1.0 + TOLERANCE) {
+            return Ok(());
+        }
+        Err(Broken {
+            error: Error::CARTESIAN_VELOCITY,
+            joint: None,
+            value,
+            limit,
+            unit: "m/s",
+        })
     }
 
     fn stop(&mut self, motion: &Motion, broken: Broken, measured: &Measured) {

@@ -6,6 +6,7 @@ mod ends;
 mod gripper;
 mod messages;
 mod motions;
+mod rules;
 mod support;
 
 use cell_rt::alloc::Counting;
