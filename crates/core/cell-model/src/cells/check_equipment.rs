@@ -29,12 +29,21 @@ impl Checker<'_> {
     }
 
     fn conveyor(&self, conveyor: &ConveyorTable, cell: &CellFile) -> Result<(), ModelError> {
-        let fixtures: Vec<&str> = cell.fixtures.iter().map(|f| f.name.as_str()).collect();
-        if !fixtures.contains(&conveyor.fixture.as_str()) {
-            let advice = suggest::advice(&conveyor.fixture, &fixtures);
-            let allowed = format!("no such fixture; {advice}");
+        let refuse = |allowed: String| {
             let name = format!("'{}'", conveyor.fixture);
-            return Err(self.refuse("conveyor.fixture", name, allowed));
+            Err(self.refuse("conveyor.fixture", name, allowed))
+        };
+        let mut fixtures = cell.fixtures.iter();
+        let Some(fixture) = fixtures.find(|fixture| fixture.name == conveyor.fixture) else {
+            let names: Vec<&str> = cell.fixtures.iter().map(|f| f.name.as_str()).collect();
+            let advice = suggest::advice(&conveyor.fixture, &names);
+            return refuse(format!("no such fixture; {advice}"));
+        };
+        if !fixture.solid {
+            // Nothing can rest on it: the belt would move no object.
+            let allowed = "that fixture has solid = false, so no object can be on it; a solid \
+                           fixture is needed: remove solid = false, or name another fixture";
+            return refuse(allowed.to_owned());
         }
         self.speed("conveyor.velocity_m_s", &conveyor.velocity_m_s)?;
         conveyor

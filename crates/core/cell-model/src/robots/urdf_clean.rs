@@ -14,7 +14,9 @@ mod parts;
 mod xacro;
 
 use notices::Notices;
-use parts::{elements, escaped, is_positive, number, shape_text, text_of, vector};
+use parts::{
+    elements, escaped, is_positive, is_without_volume, number, shape_text, text_of, vector,
+};
 
 use crate::error::{Location, ModelError};
 
@@ -206,6 +208,13 @@ impl Cleaner<'_, '_> {
             );
             return;
         };
+        if is_without_volume(shape) {
+            self.warn(
+                shape,
+                format_args!("link '{link}': a collision shape with a length of 0 is left out"),
+            );
+            return;
+        }
         self.out.push_str("<collision>");
         self.origin(&xyz, &rpy);
         let _infallible = write!(self.out, "<geometry>{shape_text}</geometry></collision>");

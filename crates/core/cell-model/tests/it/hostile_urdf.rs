@@ -161,6 +161,46 @@ fn faults_that_leave_no_doubt_are_warnings_with_their_line() {
     assert_eq!(robot.warnings.len(), wanted.len());
 }
 
+/// A base with a collision shape on line 2, and an arm.
+fn with_shape(shape: &str) -> String {
+    format!(
+        "<link name='base'>\n<collision><geometry>{shape}</geometry></collision></link>\n\
+         <link name='arm'/>{}",
+        joint(LIMIT)
+    )
+}
+
+#[test]
+fn a_shape_without_volume_is_left_out_and_said_and_is_no_mesh() {
+    for shape in [
+        "<sphere radius='0'/>",
+        "<sphere/>",
+        "<box size='0.1 0.1 0'/>",
+        "<cylinder radius='0.1' length='-0.0'/>",
+        "<capsule radius='0' length='0.1'/>",
+    ] {
+        let text = format!("<robot name='x'>{}</robot>", with_shape(shape));
+        let robot = urdf::parse("flat.urdf", &text).unwrap();
+        assert_eq!((robot.links[0].shapes.len(), robot.skipped_meshes), (0, 0));
+        let wanted = "flat.urdf:2: link 'base': a collision shape with a length of 0 is left out";
+        assert_eq!(robot.warnings, [wanted], "{shape}");
+    }
+}
+
+#[test]
+fn a_size_that_is_no_length_is_refused_with_its_link() {
+    for (shape, value) in [
+        ("<sphere radius='-0.1'/>", "-0.2 m"),
+        ("<box size='0.1 -0.1 0.1'/>", "-0.1 m"),
+        ("<cylinder radius='nan' length='0.1'/>", "NaN m"),
+        ("<capsule radius='0.1' length='inf'/>", "inf m"),
+    ] {
+        let error = refused(&with_shape(shape));
+        let wanted = format!("bad.urdf:1: link 'base': collision size is {value}; 0 to");
+        assert!(error.contains(&wanted), "{error}");
+    }
+}
+
 #[test]
 fn a_default_namespace_is_that_of_the_urdf() {
     let text = format!(

@@ -302,3 +302,50 @@ fn an_object_lies_as_its_orientation_says_and_a_wrong_one_is_refused() {
         "{refused}"
     );
 }
+
+/// A cell of a demo with one text in place of another.
+fn changed(demo: &str, from: &str, to: &str) -> Result<Cell, String> {
+    let data = Data::checkout();
+    let text = data.read(&format!("cells/{demo}.toml")).unwrap();
+    assert!(text.contains(from), "{from}");
+    let text = text.replacen(from, to, 1);
+    Cell::from_text(&data, demo, "mine.toml", &text, 0, None).map_err(|error| error.to_string())
+}
+
+#[test]
+fn a_belt_that_nothing_can_rest_on_is_refused() {
+    let belt = "name = \"belt\"\n";
+    let error = changed("ur10-palletize", belt, &format!("{belt}solid = false\n")).unwrap_err();
+    let text = Data::checkout().read("cells/ur10-palletize.toml").unwrap();
+    // One line of the belt is new, below the table of the conveyor.
+    let line = 1 + text
+        .lines()
+        .position(|l| l == "fixture = \"belt\"")
+        .unwrap();
+    for part in [
+        format!("mine.toml:{line}: conveyor.fixture is 'belt'"),
+        "solid = false".to_owned(),
+        "name another fixture".to_owned(),
+    ] {
+        assert!(error.contains(&part), "{error}");
+    }
+    assert!(changed("ur10-palletize", belt, &format!("{belt}solid = true\n")).is_ok());
+}
+
+#[test]
+fn sizes_of_a_cell_that_are_no_lengths_are_refused() {
+    let size = "size_m = [0.73, 1.55, 0.10]";
+    let (range, finite) = ("0.001 to 20 is allowed", "a finite number is needed");
+    for (value, allowed) in [
+        ("0.0", range),
+        ("-0.1", range),
+        ("1e-9", range),
+        ("nan", finite),
+        ("inf", finite),
+    ] {
+        let other = format!("size_m = [0.73, {value}, 0.10]");
+        let error = changed("ur10-palletize", size, &other).unwrap_err();
+        assert!(error.contains(".shape.size_m"), "{error}");
+        assert!(error.contains(allowed), "{error}");
+    }
+}

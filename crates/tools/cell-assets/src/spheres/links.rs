@@ -16,6 +16,8 @@ use crate::spheres::{mesh, name_of};
 const ROUND: u32 = 24;
 /// What is larger is no link of an arm (m).
 const MAX_EXTENT_M: f64 = 20.0;
+/// What is smaller than this in all directions is a point, not a part of a link (m).
+const MIN_EXTENT_M: f64 = 1.0e-4;
 
 /// One link with geometry.
 pub(crate) struct LinkSurface {
@@ -107,12 +109,21 @@ impl Reader<'_, '_> {
             UnitQuaternion::from_euler_angles(rpy.x, rpy.y, rpy.z),
         );
         let (own, scale) = match shape.tag_name().name() {
-            "mesh" => (
-                self.mesh(shape)?,
-                self.vector(shape, "scale", Vector3::repeat(1.0))?,
-            ),
+            "mesh" => {
+                let scale = self.scale(shape)?;
+                (self.mesh(shape)?, scale)
+            }
             _ => (self.primitive(shape)?, Vector3::repeat(1.0)),
         };
+        let extent = own.extent().component_mul(&scale).amax();
+        if extent < MIN_EXTENT_M {
+            return Err(self.refuse(
+                shape,
+                format!(
+                    "its longest side has {extent:.1e} m; at least {MIN_EXTENT_M} m are needed: correct its size or its scale"
+                ),
+            ));
+        }
         surface.add(&own, &pose, &scale);
         let far = surface.points.iter().map(|p| p.coords.amax());
         let far = far.fold(0.0, f64::max);
@@ -125,6 +136,17 @@ impl Reader<'_, '_> {
             ));
         }
         Ok(())
+    }
+
+    /// The scale of a mesh; a negative number mirrors it.
+    fn scale(&self, shape: Node<'_, '_>) -> Result<Vector3<f64>, SphereError> {
+        let scale = self.vector(shape, "scale", Vector3::repeat(1.0))?;
+        if scale.iter().all(|factor| *factor != 0.0) {
+            return Ok(scale);
+        }
+        let text = shape.attribute("scale").unwrap_or_default();
+        let allowed = "numbers other than 0 are needed: 0.001 0.001 0.001 for a mesh in millimetres, or no scale for one in metres";
+        Err(self.refuse(shape, format!("scale=\"{text}\": {allowed}")))
     }
 
     fn mesh(&self, shape: Node<'_, '_>) -> Result<Surface, SphereError> {
@@ -146,11 +168,14 @@ impl Reader<'_, '_> {
     fn primitive(&self, shape: Node<'_, '_>) -> Result<Surface, SphereError> {
         let length = |key: &str| -> Result<f64, SphereError> {
             let text = shape.attribute(key).unwrap_or_default();
-            self.number(shape, key, text)
+            let length = self.number(shape, key, text)?;
+            self.positive(shape, key, &[length])?;
+            Ok(length)
         };
         let (points, triangles) = match shape.tag_name().name() {
             "box" => {
                 let size = self.vector(shape, "size", Vector3::zeros())?;
+                self.positive(shape, "size", size.as_slice())?;
                 Cuboid::new(parry3d_f64::math::Vector::new(
                     0.5 * size.x,
                     0.5 * size.y,
@@ -207,6 +232,17 @@ impl Reader<'_, '_> {
     fn number(&self, node: Node<'_, '_>, key: &str, text: &str) -> Result<f64, SphereError> {
         let number = text.trim().parse().ok().filter(|x: &f64| x.abs() < 1e6);
         number.ok_or_else(|| self.refuse(node, format!("{key}=\"{text}\": a number is needed")))
+    }
+
+    fn positive(&self, node: Node<'_, '_>, key: &str, lengths: &[f64]) -> Result<(), SphereError> {
+        if lengths.iter().all(|length| *length > 0.0) {
+            return Ok(());
+        }
+        let text = node.attribute(key).unwrap_or_default();
+        Err(self.refuse(
+            node,
+            format!("{key}=\"{text}\": lengths above 0 m are needed"),
+        ))
     }
 
     fn line(&self, node: Node<'_, '_>) -> u32 {

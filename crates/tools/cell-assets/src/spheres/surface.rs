@@ -26,6 +26,16 @@ impl Surface {
         self.add(other, &Isometry3::identity(), &Vector3::repeat(1.0));
     }
 
+    /// Lengths of the box along the axes that encloses it (m).
+    pub(crate) fn extent(&self) -> Vector3<f64> {
+        let Some(first) = self.points.first() else {
+            return Vector3::zeros();
+        };
+        let points = self.points.iter();
+        let (low, high) = points.fold((*first, *first), |(low, high), p| (low.inf(p), high.sup(p)));
+        high - low
+    }
+
     fn corners(&self) -> impl Iterator<Item = [Point3<f64>; 3]> {
         let all = self.triangles.iter();
         all.map(|corners| corners.map(|corner| self.points[corner as usize]))

@@ -274,3 +274,67 @@ fn a_mesh_that_cannot_be_used_is_named_with_the_reason() {
         .to_string();
     assert!(error.contains("three numbers"), "{error}");
 }
+
+/// The error for `geometry` as the visual of a link without collision: the reader of robots does
+/// not look at it.
+fn refused_visual(dir: &Path, geometry: &str) -> String {
+    let path = urdf(dir, geometry);
+    let text = fs::read_to_string(&path).unwrap();
+    let part = format!("<collision>\n<geometry>{geometry}</geometry></collision>");
+    assert!(text.contains(&part));
+    fs::write(
+        &path,
+        text.replace(&part, &part.replace("collision>", "visual>")),
+    )
+    .unwrap();
+    let files = RobotFiles {
+        urdf: path,
+        ..RobotFiles::default()
+    };
+    let fitted = fit_robot(&files, &Packages::default(), RULES);
+    fitted.expect_err("accepted").to_string()
+}
+
+#[test]
+fn a_scale_or_size_without_a_volume_is_refused_with_what_is_allowed() {
+    let dir = TempDir::new().unwrap();
+    fs::write(dir.path().join("tube.stl"), binary_stl(&tube(), 1.0)).unwrap();
+    let scaled = |scale: &str| format!("<mesh filename='tube.stl' scale='{scale}'/>");
+    let other_than_0 = "numbers other than 0 are needed";
+    for (geometry, value, allowed) in [
+        (scaled("0 0 0"), "scale=\"0 0 0\"", other_than_0),
+        (scaled("1 1 -0.0"), "scale=\"1 1 -0.0\"", other_than_0),
+        (scaled("nan 1 1"), "scale=\"nan\"", "a number is needed"),
+        (scaled("inf 1 1"), "scale=\"inf\"", "a number is needed"),
+        (scaled("1e-6 1e-6 1e-6"), "4.0e-7 m", "at least 0.0001 m"),
+        ("<sphere radius='0'/>".into(), "radius=\"0\"", "above 0 m"),
+        (
+            "<sphere radius='-0.1'/>".into(),
+            "radius=\"-0.1\"",
+            "above 0 m",
+        ),
+        (
+            "<sphere radius='NaN'/>".into(),
+            "radius=\"NaN\"",
+            "a number",
+        ),
+        (
+            "<box size='0.1 0 0.1'/>".into(),
+            "size=\"0.1 0 0.1\"",
+            "above 0 m",
+        ),
+        ("<box/>".into(), "size=\"\"", "above 0 m"),
+        (
+            "<cylinder radius='0.1' length='-1'/>".into(),
+            "length=\"-1\"",
+            "above 0 m",
+        ),
+    ] {
+        let error = refused_visual(dir.path(), &geometry);
+        assert!(error.contains("own.urdf:4: link 'on: arm'"), "{error}");
+        assert!(error.contains(value) && error.contains(allowed), "{error}");
+    }
+    // A mirror is legal: one mesh is that of both arms of a robot.
+    let mirrored = fit(dir.path(), &scaled("1 -1 1"), &Packages::default());
+    assert_covers_the_tube(&mirrored.unwrap());
+}

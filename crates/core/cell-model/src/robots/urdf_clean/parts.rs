@@ -105,6 +105,21 @@ pub(super) fn shape_text(shape: Node<'_, '_>) -> Option<String> {
     }
 }
 
+/// Whether a shape has a length of 0, also one that is not given.
+pub(super) fn is_without_volume(shape: Node<'_, '_>) -> bool {
+    let keys: &[&str] = match shape.tag_name().name() {
+        "box" => &["size"],
+        "sphere" => &["radius"],
+        "cylinder" | "capsule" => &["radius", "length"],
+        _ => return false,
+    };
+    keys.iter().any(|key| {
+        let text = shape.attribute(*key).unwrap_or("0");
+        let mut numbers = text.split(|c: char| c.is_whitespace() || c == ',');
+        numbers.any(|number| number.parse() == Ok(0.0))
+    })
+}
+
 /// Smallest moment of inertia about an axis, as a share of the largest one.
 const LEAST_MOMENT: f64 = 1.0e-6;
 
