@@ -3,14 +3,26 @@
 //! There are two conventions, of openpi and of vla-eval. Keys of an array are byte strings with the
 //! first and text with the second; both are read from either.
 
+mod count;
+mod quote;
+
 use rmpv::Value;
 use rmpv::decode::read_value_with_max_depth;
+
+use quote::Tail;
 
 /// Deepest nesting of an answer that is read.
 const DEPTH: usize = 32;
 
+/// Largest number of values of an answer: stored they need 40 bytes each, and one byte in the
+/// message. An array of `NumPy` is one value for all of its numbers.
+const MAX_VALUES: u64 = 100_000;
+
 /// Largest number of rows of an answer: a checkpoint has all of them.
 const MAX_ROWS: usize = 1000;
+
+/// Largest number of numbers of a row; an arm has at most 8.
+const MAX_WIDTH: usize = 64;
 
 /// Longest part of a server's own message that is repeated (characters).
 const QUOTED: usize = 300;
@@ -161,16 +173,11 @@ pub fn actions(convention: Convention, bytes: &[u8]) -> Result<Rows, AnswerError
         found.ok_or_else(|| invalid(format!("it has no \"actions\"; {}", keys(payload))))?;
     let rows = rows(found)?;
     let width = rows.first().map_or(0, Vec::len);
+    check_size(rows.len() as u64, width as u64)?;
     if width == 0 || rows.iter().any(|row| row.len() != width) {
         return Err(invalid(
             "\"actions\" is empty, or has rows of several lengths",
         ));
-    }
-    if rows.len() > MAX_ROWS {
-        let count = rows.len();
-        return Err(invalid(format!(
-            "\"actions\" has {count} rows; at most {MAX_ROWS} are read"
-        )));
     }
     match rows.iter().flatten().find(|number| !number.is_finite()) {
         Some(number) => Err(invalid(format!(
@@ -180,7 +187,24 @@ pub fn actions(convention: Convention, bytes: &[u8]) -> Result<Rows, AnswerError
     }
 }
 
+/// Refuses an array that is too large, by its shape: rows are stored one by one.
+fn check_size(rows: u64, width: u64) -> Result<(), AnswerError> {
+    let refused = |why| Err(invalid(format!("\"actions\" has {why} are read")));
+    if rows > MAX_ROWS as u64 {
+        return refused(format!("{rows} rows; at most {MAX_ROWS}"));
+    }
+    if width > MAX_WIDTH as u64 {
+        return refused(format!("rows of {width} numbers; at most {MAX_WIDTH}"));
+    }
+    Ok(())
+}
+
 fn read(mut bytes: &[u8]) -> Result<Value, AnswerError> {
+    if !count::has_at_most(MAX_VALUES, bytes) {
+        return Err(invalid(format!(
+            "it has more than {MAX_VALUES} values; an array of NumPy counts as one for all of its numbers"
+        )));
+    }
     let value = read_value_with_max_depth(&mut bytes, DEPTH)
         .map_err(|error| invalid(format!("it is not MessagePack: {error}")))?;
     match value {
@@ -194,7 +218,7 @@ fn payload(map: &Value) -> Result<&Value, AnswerError> {
     match (kind_of(map), payload) {
         (Some("action"), Some(payload)) => Ok(payload),
         (Some("error"), payload) => {
-            let text = payload.map_or_else(String::new, Value::to_string);
+            let text = payload.map_or_else(String::new, |payload| Tail::of([payload]));
             Err(AnswerError::Reported(quoted(&text)))
         }
         (kind, _) => Err(invalid(format!(
@@ -233,8 +257,10 @@ fn entry<'a>(map: &'a Value, key: &str) -> Option<&'a Value> {
 
 fn keys(map: &Value) -> String {
     let keys = map.as_map().into_iter().flatten();
-    let keys: Vec<String> = keys.take(20).map(|(key, _)| key.to_string()).collect();
-    quoted(&format!("its keys are {}", keys.join(", ")))
+    quoted(&format!(
+        "its keys are {}",
+        Tail::of(keys.take(20).map(|(key, _)| key))
+    ))
 }
 
 /// A `NumPy` array of one or two dimensions, or lists of numbers.
@@ -288,8 +314,9 @@ fn numpy(value: &Value) -> Result<Rows, AnswerError> {
             )));
         }
     };
-    let width = match shape.as_slice() {
-        [width] | [_, width] => *width,
+    let (rows, width) = match shape.as_slice() {
+        [width] => (1, *width),
+        [rows, width] => (*rows, *width),
         _ => {
             return Err(invalid(format!(
                 "\"actions\" has the shape {shape:?}; 2 dimensions are needed"
@@ -306,6 +333,7 @@ fn numpy(value: &Value) -> Result<Rows, AnswerError> {
             "\"actions\" has the shape {shape:?} and {length} bytes"
         )));
     }
+    check_size(rows, width)?;
     let numbers: Vec<f32> = match size {
         4 => data
             .as_chunks::<4>()

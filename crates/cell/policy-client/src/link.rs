@@ -1,23 +1,27 @@
 //! The connection to a policy server, on a thread of its own: a decision waits for it in
 //! simulated time, and does not in real time.
 
+mod timed;
+
 use std::collections::BTreeMap;
-use std::io::{self, ErrorKind, Read, Write};
+use std::io::{self, ErrorKind};
 use std::net::{TcpStream, ToSocketAddrs as _};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, channel};
 use std::time::{Duration, Instant};
 
 use tungstenite::protocol::WebSocketConfig;
-use tungstenite::{Message, WebSocket};
+use tungstenite::{Error, HandshakeError, Message, WebSocket};
 
 use crate::codec::{self, AnswerError, Convention, Observations, Rows};
 use crate::failure::{Failure, reason};
 use crate::kept::Seen;
+use timed::{Extension, Timed, is_late};
 
-/// Longest wait for a connection.
-const CONNECT_LIMIT: Duration = Duration::from_secs(10);
-/// Longest wait for the first message of a server that speaks first.
+/// Longest wait for a server that is not known yet, from the connection to the end of its
+/// greeting.
+const GREETING_LIMIT: Duration = Duration::from_secs(10);
+/// Longest wait for the first message of a server that speaks first; part of the greeting.
 const HELLO_LIMIT: Duration = Duration::from_secs(3);
 /// Longest wait for an answer: a model may be compiled for its first one.
 const ANSWER_LIMIT: Duration = Duration::from_secs(120);
@@ -41,7 +45,7 @@ impl Link {
         let (results, answers) = channel();
         let (address, names, seen) = (address.to_owned(), names.clone(), seen.clone());
         let serve = move || {
-            let ended = Connection::open(&address, names, &seen)
+            let ended = Connection::open(&address, names, &seen, GREETING_LIMIT)
                 .and_then(|connection| connection.serve(&observations, &results));
             if let Err(failure) = ended {
                 results.send(Err(failure)).ok();
@@ -77,7 +81,7 @@ impl Link {
             };
         }
         // The thread has limits of its own; this one holds if it is stuck in a name server.
-        let limit = 2 * (CONNECT_LIMIT + HELLO_LIMIT + ANSWER_LIMIT);
+        let limit = 2 * (GREETING_LIMIT + HELLO_LIMIT + ANSWER_LIMIT);
         Some(match self.answers.recv_timeout(limit) {
             Ok(answer) => answer,
             Err(RecvTimeoutError::Timeout) => Err(late()),
@@ -94,42 +98,6 @@ fn late() -> Failure {
     )
 }
 
-/// A stream that ends at a time, however often a few bytes arrive.
-struct Timed {
-    stream: TcpStream,
-    until: Instant,
-}
-
-impl Timed {
-    fn left(&self) -> io::Result<Duration> {
-        let left = self.until.saturating_duration_since(Instant::now());
-        // A limit of zero is refused by the system.
-        if left.is_zero() {
-            Err(ErrorKind::TimedOut.into())
-        } else {
-            Ok(left)
-        }
-    }
-}
-
-impl Read for Timed {
-    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
-        self.stream.set_read_timeout(Some(self.left()?))?;
-        self.stream.read(bytes)
-    }
-}
-
-impl Write for Timed {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.stream.set_write_timeout(Some(self.left()?))?;
-        self.stream.write(bytes)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.stream.flush()
-    }
-}
-
 struct Connection {
     socket: WebSocket<Timed>,
     convention: Convention,
@@ -139,60 +107,104 @@ struct Connection {
 }
 
 impl Connection {
-    fn open(address: &str, names: BTreeMap<String, String>, seen: &Seen) -> Result<Self, Failure> {
+    /// Connects and greets within `limit`. A server of this address that computes for another
+    /// connection, which knows it, may take as long as for an answer.
+    fn open(
+        address: &str,
+        names: BTreeMap<String, String>,
+        seen: &Arc<Seen>,
+        limit: Duration,
+    ) -> Result<Self, Failure> {
         let refused = |why: String| {
             Failure::new(
                 reason::UNREACHABLE,
                 format!("{address}: {why}; start the policy server, or correct --policy"),
             )
         };
-        let stream = connect(address).map_err(|error| refused(error.to_string()))?;
+        let start = Instant::now();
+        let until = start + limit;
+        let mute = || {
+            let limit_s = limit.as_secs_f64();
+            refused(format!(
+                "the connection was accepted, but no policy server greeted within {limit_s} s"
+            ))
+        };
+        let stream = connect(address, until).map_err(|error| refused(error.to_string()))?;
         stream.set_nodelay(true).ok();
-        // A server that computes for another connection accepts this one afterwards.
-        let until = Instant::now() + ANSWER_LIMIT;
         let config = WebSocketConfig::default()
             .max_message_size(Some(MAX_MESSAGE_BYTES))
             .max_frame_size(Some(MAX_MESSAGE_BYTES));
-        let stream = Timed { stream, until };
+        let stream = Timed {
+            stream,
+            until,
+            extension: Some(Extension {
+                until: start + ANSWER_LIMIT,
+                address: address.to_owned(),
+                seen: seen.clone(),
+            }),
+        };
         let (socket, _) = tungstenite::client::client_with_config(address, stream, Some(config))
-            .map_err(|error| refused(error.to_string()))?;
+            .map_err(|error| match error {
+                HandshakeError::Failure(Error::Io(error)) if is_late(&error) => mute(),
+                error => refused(error.to_string()),
+            })?;
         let mut connection = Self {
             socket,
             convention: Convention::OpenPi,
             names,
             number: 0,
         };
-        connection.greet(seen.convention(address))?;
+        connection.socket.get_mut().extension = None;
+        let known = || seen.convention(address);
+        let greeted = connection.greet(known, until, start + ANSWER_LIMIT);
+        greeted.map_err(|failure| {
+            if failure.reason == reason::LATE {
+                mute()
+            } else {
+                failure
+            }
+        })?;
         seen.found(address, connection.convention);
         Ok(connection)
     }
 
-    /// Finds the convention, unless it is `known`: a server of openpi sends the first message, one
-    /// of vla-eval waits for a hello.
-    fn greet(&mut self, known: Option<Convention>) -> Result<(), Failure> {
-        let first = match known {
-            Some(Convention::VlaEval) => None,
-            Some(Convention::OpenPi) => Some(self.receive(ANSWER_LIMIT)?),
-            None => match self.receive(HELLO_LIMIT) {
+    /// Finds the convention by `until`: a server of openpi sends the first message, one of vla-eval
+    /// waits for a hello. One whose convention is `known` has until `late`.
+    fn greet(
+        &mut self,
+        known: impl Fn() -> Option<Convention>,
+        until: Instant,
+        late: Instant,
+    ) -> Result<(), Failure> {
+        let mut convention = known();
+        let mut first = None;
+        if convention.is_none() {
+            first = match self.receive(until.min(Instant::now() + HELLO_LIMIT)) {
                 Err(failure) if failure.reason == reason::LATE => None,
                 first => Some(first?),
-            },
-        };
+            };
+            // Another connection may have found it in this time, and keeps the server busy.
+            convention = known();
+        }
+        if first.is_none() && convention == Some(Convention::OpenPi) {
+            first = Some(self.receive(late)?);
+        }
         match first {
             Some(first) if !codec::is_hello(&first) => Ok(()),
             first => {
                 self.convention = Convention::VlaEval;
-                self.introduce(first.is_none())
+                let until = convention.map_or(until, |_| late);
+                self.introduce(first.is_none(), until)
             }
         }
     }
 
     /// Starts an episode in the convention of vla-eval, with a hello if the server sent none.
-    fn introduce(&mut self, with_hello: bool) -> Result<(), Failure> {
+    fn introduce(&mut self, with_hello: bool, until: Instant) -> Result<(), Failure> {
         if with_hello {
             let version = env!("CARGO_PKG_VERSION");
             self.send_note("hello", &[("harness", "robocell"), ("version", version)])?;
-            let reply = self.receive(ANSWER_LIMIT)?;
+            let reply = self.receive(until)?;
             if !codec::is_hello(&reply) {
                 let why = "the policy server uses neither the convention of openpi nor that of \
                            vla-eval: it sent no first message, and did not return a hello";
@@ -219,7 +231,7 @@ impl Connection {
             };
             let request = codec::request(self.convention, self.number, &observations);
             self.send(request)?;
-            let answer = self.receive(ANSWER_LIMIT)?;
+            let answer = self.receive(Instant::now() + ANSWER_LIMIT)?;
             let rows = codec::actions(self.convention, &answer).map_err(|error| {
                 let reason = match error {
                     AnswerError::Reported(_) => reason::ERROR,
@@ -273,8 +285,8 @@ impl Connection {
         self.socket.send(Message::binary(bytes)).map_err(failure_of)
     }
 
-    fn receive(&mut self, limit: Duration) -> Result<Vec<u8>, Failure> {
-        self.socket.get_mut().until = Instant::now() + limit;
+    fn receive(&mut self, until: Instant) -> Result<Vec<u8>, Failure> {
+        self.socket.get_mut().until = until;
         loop {
             match self.socket.read().map_err(failure_of)? {
                 Message::Binary(bytes) => return Ok(bytes.into()),
@@ -286,7 +298,7 @@ impl Connection {
                         format!("the policy server sent text: {said}"),
                     ));
                 }
-                Message::Close(_) => return Err(failure_of(tungstenite::Error::ConnectionClosed)),
+                Message::Close(_) => return Err(failure_of(Error::ConnectionClosed)),
                 Message::Ping(_) | Message::Pong(_) | Message::Frame(_) => {}
             }
         }
@@ -302,12 +314,14 @@ fn by_vla_eval(key: &str) -> String {
     }
 }
 
-fn connect(address: &str) -> io::Result<TcpStream> {
+fn connect(address: &str, until: Instant) -> io::Result<TcpStream> {
     let place = address.strip_prefix("ws://").unwrap_or(address);
     let place = place.split('/').next().unwrap_or_default();
     let mut last = io::Error::from(ErrorKind::AddrNotAvailable);
     for address in place.to_socket_addrs()? {
-        match TcpStream::connect_timeout(&address, CONNECT_LIMIT) {
+        let left = until.saturating_duration_since(Instant::now());
+        // A limit of zero is refused by the system.
+        match TcpStream::connect_timeout(&address, left.max(Duration::from_millis(1))) {
             Ok(stream) => return Ok(stream),
             Err(error) => last = error,
         }
@@ -315,12 +329,9 @@ fn connect(address: &str) -> io::Result<TcpStream> {
     Err(last)
 }
 
-fn failure_of(error: tungstenite::Error) -> Failure {
-    use tungstenite::Error;
+fn failure_of(error: Error) -> Failure {
     match error {
-        Error::Io(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock) => {
-            late()
-        }
+        Error::Io(error) if is_late(&error) => late(),
         Error::Capacity(error) => Failure::new(
             reason::INVALID,
             format!(
@@ -333,3 +344,6 @@ fn failure_of(error: tungstenite::Error) -> Failure {
         ),
     }
 }
+
+#[cfg(test)]
+mod tests;
