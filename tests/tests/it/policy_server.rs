@@ -82,3 +82,54 @@ fn a_killed_task_asks_its_server_again_and_the_arm_moves_as_without() {
         assert_eq!(other["state_hash"], one["state_hash"]);
     }
 }
+
+#[test]
+fn an_evaluation_that_reached_no_server_is_not_a_result() {
+    let (reached, base) = (server(), base());
+    let rows = base.path().join("rows.jsonl");
+    let rows = rows.display().to_string();
+    // A port that is closed again.
+    let closed = TcpListener::bind("127.0.0.1:0").unwrap();
+    let none = format!("ws://{}", closed.local_addr().unwrap());
+    drop(closed);
+    let eval = |verb: &[&str], address: &str, more: &[&str]| {
+        let options = [
+            "cube",
+            "--seeds",
+            "1..2",
+            "--timeout",
+            "0.5",
+            "--policy",
+            address,
+        ];
+        finish(robocell(
+            base.path(),
+            &[&["eval"], verb, &options, more].concat(),
+        ))
+    };
+    let axis = [
+        "--axis",
+        "disturbance.position_offset_m=0..0.02",
+        "--steps",
+        "1",
+    ];
+    let cases: [(&[&str], &[&str]); 4] = [
+        (&[], &[]),
+        (&[], &["--out", &rows]),
+        // All rows are there.
+        (&[], &["--out", &rows]),
+        (&["bisect"], &axis),
+    ];
+    for (verb, more) in cases {
+        let said = eval(verb, &none, more);
+        assert_eq!(
+            said.code, 3,
+            "{verb:?} {more:?}: {}{}",
+            said.stdout, said.stderr
+        );
+        let wanted = format!("no episode reached the policy server {none}");
+        assert!(said.stderr.contains(&wanted), "{}", said.stderr);
+    }
+    let said = eval(&[], &reached, &[]);
+    assert_eq!(said.code, 0, "{}{}", said.stdout, said.stderr);
+}

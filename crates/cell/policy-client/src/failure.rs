@@ -24,7 +24,7 @@ impl Failure {
 /// Names of failures.
 pub mod reason {
     /// The address has no server, or another one than a policy server.
-    pub const UNREACHABLE: &str = "policy_unreachable";
+    pub use cell_model::runs::policy_server::UNREACHABLE;
     /// The connection ended.
     pub const LOST: &str = "policy_connection_lost";
     /// No answer came in time.

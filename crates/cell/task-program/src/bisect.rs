@@ -13,6 +13,7 @@ use serde_json::Number;
 
 use crate::output::{print_json, print_line};
 use crate::progress::Progress;
+use crate::reached::Reached;
 use crate::warned::Warned;
 
 /// What to search.
@@ -74,6 +75,7 @@ pub(crate) fn run(program: &Program, search: &Search, json: bool) -> Result<Exit
     let (plan, key) = (&search.plan, &search.bounds.key);
     let axis = episodes::axis(program, &plan.spec, search.bounds.clone())?;
     let values = u64::from(search.steps) + 2;
+    let reached = Reached::default();
     let progress = Progress::of_runs(values.saturating_mul(plan.episodes()));
     let mut found = Found {
         key: key.clone(),
@@ -85,7 +87,7 @@ pub(crate) fn run(program: &Program, search: &Search, json: bool) -> Result<Exit
     };
     // Both bounds first: between two that hold, or two that break, there is nothing to search.
     for end in axis.ends() {
-        let tried = search.try_value(program, &axis, end, &progress)?;
+        let tried = search.try_value(program, &axis, end, (&progress, &reached))?;
         progress.print(|| print_result(key, &tried, json));
         found.take(tried);
         // The lower bound breaks the task: values above it cannot be the least one that does.
@@ -99,7 +101,7 @@ pub(crate) fn run(program: &Program, search: &Search, json: bool) -> Result<Exit
         let Some(middle) = between.and_then(|(low, high)| axis.middle(low, high)) else {
             break;
         };
-        let tried = search.try_value(program, &axis, middle, &progress)?;
+        let tried = search.try_value(program, &axis, middle, (&progress, &reached))?;
         progress.print(|| print_result(key, &tried, json));
         found.take(tried);
     }
@@ -110,7 +112,7 @@ pub(crate) fn run(program: &Program, search: &Search, json: bool) -> Result<Exit
     } else {
         print_line(format_args!("{}", found.verdict()));
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(reached.code(&plan.spec.policy))
 }
 
 impl Search {
@@ -119,7 +121,7 @@ impl Search {
         program: &Program,
         axis: &Axis,
         value: Number,
-        progress: &Progress,
+        (progress, reached): (&Progress, &Reached),
     ) -> Result<Tried, SimError> {
         let (failed, warned) = (Mutex::new(Vec::new()), Warned::default());
         // Each value is tried with the same seeds: otherwise a lucky seed could look like a
@@ -127,6 +129,7 @@ impl Search {
         let plan = self.plan.with(&axis.at(&value));
         let counts = eval::evaluate(program, &plan, |ended| {
             progress.run(|| {});
+            reached.count(&ended.result);
             progress.print(|| warned.show(&ended.warnings));
             let (reason, message) = match &ended.result {
                 Ok(summary) if summary.outcome == RunOutcome::Done => return,

@@ -35,7 +35,7 @@ use crate::progress::Progress;
 // Apart from 2, with which the parser of the command line ends.
 const TASK_FAILED: u8 = 5;
 /// A file or a name that cannot be used.
-const CONFIGURATION: u8 = 3;
+pub(crate) const CONFIGURATION: u8 = 3;
 
 #[derive(Parser)]
 #[command(about = "A task program: robocell starts it as the task of a cell")]

@@ -24,6 +24,7 @@ use crate::failure::CliError;
 use crate::inspect;
 use crate::output::{counted, print_json, print_line};
 use crate::progress::Progress;
+use crate::reached::{self, Reached};
 use crate::recordings::Recordings;
 use crate::rows::{self, Order, RowsError};
 use crate::warned::Warned;
@@ -316,7 +317,7 @@ fn seeds(text: &str) -> Result<RangeInclusive<u64>, String> {
 
 fn evaluate(program: &Program, plan: &eval::Plan, json: bool) -> Result<ExitCode, SimError> {
     let progress = Progress::of_runs(plan.episodes());
-    let warned = Warned::default();
+    let (warned, reached) = (Warned::default(), Reached::default());
     let print = |case: &Case, row: &RunSummary| {
         if json {
             print_json(&EvalRun {
@@ -349,6 +350,7 @@ fn evaluate(program: &Program, plan: &eval::Plan, json: bool) -> Result<ExitCode
         }
     };
     let counts = eval::evaluate(program, plan, |ended| {
+        reached.count(&ended.result);
         // Printed while the progress line is removed: otherwise both would be on one line.
         progress.run(|| {
             warned.show(&ended.warnings);
@@ -365,7 +367,7 @@ fn evaluate(program: &Program, plan: &eval::Plan, json: bool) -> Result<ExitCode
     } else {
         print_line(format_args!("{} of {} done", counts.done, counts.runs));
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(reached.code(&plan.spec.policy))
 }
 
 /// Writes the rows of a shard; a command that was stopped is repeated to resume.
@@ -388,7 +390,7 @@ fn write_rows(program: &Program, order: &Order<'_>, json: bool) -> Result<ExitCo
     }
     // Rows may be missing after a signal only; the file is then not sorted (ADR 0023).
     if written.rows == written.all {
-        return Ok(ExitCode::SUCCESS);
+        return Ok(reached::code_of_rows(order, &written)?);
     }
     let left = counted(written.all - written.rows, "row");
     cell_worker::warn(format_args!(

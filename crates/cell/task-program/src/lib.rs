@@ -20,6 +20,7 @@ mod message_file;
 mod output;
 pub mod process;
 mod progress;
+mod reached;
 mod recordings;
 mod rows;
 pub mod slots;

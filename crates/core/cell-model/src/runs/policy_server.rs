@@ -17,6 +17,9 @@ pub fn is_address(policy: &str) -> bool {
     policy.contains("://")
 }
 
+/// Reason of an episode whose policy server was not reached.
+pub const UNREACHABLE: &str = "policy_unreachable";
+
 /// The use of a policy server; its address is the name of the policy.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PolicyServer {
