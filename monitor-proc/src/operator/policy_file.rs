@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use cell_model::data::{MAX_FILE_BYTES, read_text};
-use cell_model::runs::replace_file;
+use cell_model::draft;
 use cell_model::runs::spec::RunSpec;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -164,9 +164,7 @@ impl PolicyFiles {
     pub fn write(&self, policy: &str, text: &str) -> Result<String, String> {
         let file = self.find(policy)?;
         let path = self.path(&file);
-        // Replaced by a rename: a task that restarts now reads
-        // the old or the new file, never half.
-        replace_file(&path, text.as_bytes(), 0o644)
+        draft::replace(&path, text.as_bytes(), 0o644)
             .map_err(|error| format!("{}: {error}", path.display()))?;
         Ok(if self.writable {
             format!("saved to {}", path.display())
@@ -325,6 +323,8 @@ fn faults(output: &str, prefix: &str) -> Vec<Fault> {
 
 #[cfg(test)]
 mod tests {
+    use std::os::unix::fs::PermissionsExt as _;
+
     use super::*;
 
     #[test]
@@ -372,5 +372,18 @@ mod tests {
         let message = files.write("json", "{ }").unwrap();
         assert!(message.starts_with("saved to"), "{message}");
         assert_eq!(files.read("json")["text"], "{ }");
+        // A file of a repository, to which the folder of the cell has a link.
+        let there = dir.path().join("there.json");
+        fs::rename(cells.join("my.tree.json"), &there).unwrap();
+        symlink(&there, cells.join("my.tree.json")).unwrap();
+        fs::set_permissions(&there, fs::Permissions::from_mode(0o640)).unwrap();
+        fs::write(cells.join("my.tree.draft"), "mine").unwrap();
+        files.write("json", "{}").unwrap();
+        assert!(cells.join("my.tree.json").is_symlink());
+        assert_eq!(fs::read_to_string(&there).unwrap(), "{}");
+        let mode = there.metadata().unwrap().permissions().mode();
+        assert_eq!(mode & 0o777, 0o640);
+        let beside = fs::read_to_string(cells.join("my.tree.draft"));
+        assert_eq!(beside.unwrap(), "mine");
     }
 }

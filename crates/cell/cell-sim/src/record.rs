@@ -1,9 +1,9 @@
 //! Records an episode while it runs in this process: all decisions, and a whole state at the
 //! start of each action.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
+use cell_model::draft::Draft;
 use cell_model::runs::spec::{RecordSpec, RunSpec};
 use cell_record::{Channel, Cut, Message, Preamble, RecordError, RecordingWriter, wire_bytes};
 use ipc_types::tap::Pieces;
@@ -17,7 +17,7 @@ pub(crate) struct Recorder {
     writer: RecordingWriter,
     hold: Hold,
     file: PathBuf,
-    partial: PathBuf,
+    draft: Draft,
     /// Of the next message.
     seq: u64,
 }
@@ -25,8 +25,10 @@ pub(crate) struct Recorder {
 impl Recorder {
     /// Starts the recording of a run, in place of an earlier one in `file`.
     pub(crate) fn create(spec: &RunSpec, file: &Path, hold: Hold) -> Result<Self, RecordError> {
-        let partial = file.with_extension("partial.mcap");
-        fs::remove_file(&partial).ok();
+        let draft = Draft::beside(file).map_err(|source| RecordError::Io {
+            path: file.to_owned(),
+            source,
+        })?;
         // A page draws by the scene; this file is read by programs.
         let spec = RunSpec {
             // The place of the file does not belong to the episode.
@@ -35,10 +37,10 @@ impl Recorder {
         };
         let preamble = Preamble::new(&spec, &serde_json::json!({}));
         Ok(Self {
-            writer: RecordingWriter::create(&partial, &preamble)?,
+            writer: RecordingWriter::create(draft.path(), &preamble)?,
             hold,
             file: file.to_owned(),
-            partial,
+            draft,
             seq: 0,
         })
     }
@@ -60,9 +62,10 @@ impl Recorder {
         if !self.hold.begins(sim.state().header.tick) {
             self.add_state(sim)?;
         }
-        let (file, partial) = (self.file, self.partial);
+        let path = self.file;
         self.writer.finish()?;
-        fs::rename(partial, &file).map_err(|source| RecordError::Io { path: file, source })
+        let published = self.draft.publish();
+        published.map_err(|source| RecordError::Io { path, source })
     }
 
     fn add_state(&mut self, sim: &OneProcess) -> Result<(), RecordError> {

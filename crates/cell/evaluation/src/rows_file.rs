@@ -9,6 +9,7 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, BufRead as _, BufReader, BufWriter, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 
+use cell_model::draft::Draft;
 use cell_model::user_file;
 
 use crate::EvaluationError;
@@ -108,11 +109,10 @@ impl RowsFile {
             return Ok(());
         }
         places.sort_unstable();
-        let mut sorted = self.path.as_os_str().to_owned();
-        sorted.push(".sorted");
-        let sorted = PathBuf::from(sorted);
+        let path = self.path.clone();
         let write = |from: &mut File| -> std::io::Result<()> {
-            let mut out = BufWriter::new(File::create(&sorted)?);
+            let sorted = Draft::beside(&path)?;
+            let mut out = BufWriter::new(sorted.create(0o666)?);
             let mut reader = BufReader::new(from);
             let mut line = Vec::new();
             for (_, place) in places {
@@ -121,10 +121,10 @@ impl RowsFile {
                 reader.read_until(b'\n', &mut line)?;
                 out.write_all(&line)?;
             }
-            out.into_inner()?.sync_all()?;
-            std::fs::rename(&sorted, &self.path)
+            out.flush()?;
+            sorted.publish()
         };
-        write(&mut self.rows).map_err(EvaluationError::io(&sorted))
+        write(&mut self.rows).map_err(EvaluationError::io(&path))
     }
 
     /// Place (bytes) of every row, with its episode.

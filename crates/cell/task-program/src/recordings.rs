@@ -6,6 +6,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+use cell_model::draft::Draft;
 use cell_rt::signal;
 use cell_sim::episodes::{episode_name, recording_name};
 use evaluation::EvaluationError;
@@ -71,11 +72,10 @@ impl Recordings<'_> {
             }
             // Under another name until it is complete and its hash is compared: a recording
             // that exists is not made again.
-            let partial = file.with_extension("partial.mcap");
-            fs::remove_file(&partial).ok();
-            match self.record(&failed, &partial).map_err(cannot)? {
+            let draft = Draft::beside(&file).map_err(cannot)?;
+            match self.record(&failed, draft.path()).map_err(cannot)? {
                 Ok(()) => {
-                    fs::rename(&partial, &file).map_err(cannot)?;
+                    draft.publish().map_err(cannot)?;
                     made += 1;
                 }
                 // The signal ended the run as well; that is not an error of the episode.

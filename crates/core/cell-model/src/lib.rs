@@ -7,6 +7,7 @@
 pub mod cells;
 pub mod check;
 pub mod data;
+pub mod draft;
 mod encoding;
 pub mod error;
 pub mod ramp;

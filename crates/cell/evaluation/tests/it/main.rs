@@ -3,8 +3,9 @@
 
 mod report;
 
-use std::fs;
+use std::fs::{self, Permissions};
 use std::io::Write as _;
+use std::os::unix::fs::{PermissionsExt as _, symlink};
 use std::path::{Path, PathBuf};
 
 use cell_model::cells::sweep::Case;
@@ -134,6 +135,27 @@ fn shards_of_a_sweep_merge_to_the_bytes_of_an_unsharded_run() {
         error.contains("seed 1, variant 1 follows seed 7, variant 3"),
         "{error}"
     );
+}
+
+#[test]
+fn sorting_the_rows_keeps_a_link_to_them_their_mode_and_the_files_beside_them() {
+    let dir = TempDir::new().unwrap();
+    let (there, link) = (dir.path().join("there"), dir.path().join("a.jsonl"));
+    fs::create_dir(&there).unwrap();
+    let (rows, beside) = (there.join("b.jsonl"), there.join("b.jsonl.sorted"));
+    fs::write(&rows, "").unwrap();
+    fs::set_permissions(&rows, Permissions::from_mode(0o640)).unwrap();
+    for file in [&beside, &dir.path().join("a.jsonl.sorted")] {
+        fs::write(file, "mine").unwrap();
+    }
+    symlink(&rows, &link).unwrap();
+    write(&link, &plan([1, 6], "1/1"));
+    assert!(link.is_symlink());
+    assert_eq!(fs::read_to_string(&rows).unwrap().lines().count(), 6);
+    assert_eq!(rows.metadata().unwrap().permissions().mode() & 0o777, 0o640);
+    for file in [&beside, &dir.path().join("a.jsonl.sorted")] {
+        assert_eq!(fs::read_to_string(file).unwrap(), "mine");
+    }
 }
 
 #[test]

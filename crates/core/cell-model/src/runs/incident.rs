@@ -182,7 +182,7 @@ impl Incidents {
     pub fn save(&self, incident: &Incident) -> io::Result<()> {
         let dir = self.path(incident.head.number);
         fs::create_dir_all(&dir)?;
-        super::replace_file(&dir.join(FILE), &serde_json::to_vec(incident)?, 0o600)?;
+        crate::draft::replace_unsynced(&dir.join(FILE), &serde_json::to_vec(incident)?, 0o600)?;
         let numbers = self.numbers();
         let old = numbers.len().saturating_sub(KEPT);
         for number in &numbers[..old] {

@@ -20,7 +20,7 @@ impl Message {
     /// Returns errors of the file system.
     pub fn save(&self, dir: &Path) -> io::Result<()> {
         match &self.0 {
-            Some(text) => super::replace_file(&path(dir), text.as_bytes(), 0o644),
+            Some(text) => crate::draft::replace_unsynced(&path(dir), text.as_bytes(), 0o644),
             None => match std::fs::remove_file(path(dir)) {
                 Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
                 _ => Ok(()),

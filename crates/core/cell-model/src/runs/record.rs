@@ -38,6 +38,6 @@ impl RecordReport {
     ///
     /// Returns errors of the file system.
     pub fn save(&self, dir: &Path) -> std::io::Result<()> {
-        super::replace_file(&Self::path(dir), &serde_json::to_vec(self)?, 0o644)
+        crate::draft::replace_unsynced(&Self::path(dir), &serde_json::to_vec(self)?, 0o644)
     }
 }

@@ -52,5 +52,5 @@ pub fn load(dir: &Path) -> Vec<ScriptReply> {
 /// # Errors
 /// Returns errors of the file system.
 pub fn save(replies: &[ScriptReply], dir: &Path) -> std::io::Result<()> {
-    super::replace_file(&path(dir), &serde_json::to_vec(replies)?, 0o644)
+    crate::draft::replace_unsynced(&path(dir), &serde_json::to_vec(replies)?, 0o644)
 }

@@ -60,7 +60,7 @@ impl PageSecrets {
     /// # Errors
     /// Returns errors of the file system.
     pub fn save(&self, path: &Path) -> io::Result<()> {
-        super::replace_file(path, &serde_json::to_vec(self)?, 0o600)
+        crate::draft::replace_unsynced(path, &serde_json::to_vec(self)?, 0o600)
     }
 
     /// Reads the secrets at `path`.

@@ -261,9 +261,11 @@ impl RunSpec {
             path: path.to_owned(),
             source,
         })?;
-        super::replace_file(path, text.as_bytes(), 0o644).map_err(|source| RunSpecError::Io {
-            path: path.to_owned(),
-            source,
+        crate::draft::replace_unsynced(path, text.as_bytes(), 0o644).map_err(|source| {
+            RunSpecError::Io {
+                path: path.to_owned(),
+                source,
+            }
         })
     }
 }
