@@ -1,6 +1,6 @@
 //! The state of a plant as bytes, for a successor of its process.
 
-use cell_model::cells::script::{ScriptAction, ScriptRunner};
+use cell_model::cells::script::{ScriptAction, ScriptProgress};
 use cell_model::runs::script_report::ScriptReply;
 use cell_model::runs::spec::Speed;
 use ipc_types::world::PauseCause;
@@ -12,7 +12,7 @@ use crate::world::WorldError;
 /// State that decides the next ticks, besides the world and the run.
 #[derive(Serialize, Deserialize)]
 struct Saved {
-    script: ScriptRunner,
+    script: ScriptProgress,
     pause_cause: u32,
     steps_left: Option<u64>,
     waiting: Option<(u32, ScriptAction)>,
@@ -33,7 +33,7 @@ impl Plant {
     /// As [`Plant::save`], appended to `out`.
     pub(crate) fn save_to(&self, out: &mut Vec<u8>) {
         let saved = Saved {
-            script: self.script.clone(),
+            script: self.script.progress().clone(),
             pause_cause: self.pause_cause(),
             steps_left: self.steps_left,
             waiting: self.waiting.clone(),
@@ -62,7 +62,7 @@ impl Plant {
         // The world is restored first: it can refuse, and then nothing of the plant has
         // changed.
         self.world.restore(world.get(1..).unwrap_or_default())?;
-        self.script = saved.script;
+        self.script.restore(saved.script);
         let cause = PauseCause::from_code(saved.pause_cause);
         self.pause = cause.filter(|cause| *cause != PauseCause::None);
         self.steps_left = saved.steps_left;

@@ -264,6 +264,15 @@ fn robots() -> Vec<(&'static str, Case)> {
 fn runs() -> Vec<(&'static str, Case)> {
     vec![
         (
+            "crates/core/cell-model/src/cells/script.rs::MAX_LINES",
+            |dir, limit| {
+                let lines = "{\"at_s\": 900.0, \"do\": \"reset\"}\n".repeat(limit + 1);
+                let script = written(dir, "a.jsonl", &lines);
+                let run = ["run", "cube", "--script", &script];
+                robot(dir, &[&run[..], &["--headless", "--one-process"]].concat())
+            },
+        ),
+        (
             "crates/core/cell-model/src/cells/script.rs::MAX_PARTS",
             |dir, limit| {
                 let line = format!(

@@ -10,6 +10,7 @@ pub mod script;
 mod script_check;
 mod script_keys;
 mod script_line;
+mod script_runner;
 pub mod setting;
 pub mod sweep;
 pub mod task_table;

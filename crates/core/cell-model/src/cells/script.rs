@@ -1,20 +1,21 @@
 //! Scripts: one JSON object in each line, run at a simulated time or a phase.
 
-use ipc_types::TICK_NS;
-use serde::{Deserialize, Serialize};
-
 use crate::cells::cell::Cell;
 use crate::cells::script_check;
 use crate::cells::script_keys::{TRIGGER_KEYS, check_keys};
-use crate::runs::phase_name;
 use crate::runs::speed::Speed;
 
 pub use crate::cells::script_line::{CORRUPTIBLE, GripperWord, ScriptAction, ScriptLine, Trigger};
+pub use crate::cells::script_runner::{ScriptProgress, ScriptRunner};
 
 /// Shown to the author of a line that cannot be read.
 const EXAMPLE: &str =
     r#"{"at_s": 12.0, "do": "drag", "object": "blue_cube", "to": [0.5, -0.2, 0.025]}"#;
 
+/// Largest number of lines of a script.
+// Each line that was executed has a reply, which is in the state that physics saves twice a
+// second, and in the summary.
+pub(crate) const MAX_LINES: usize = 10_000;
 /// Largest number of parts that a line may drop at a time.
 const MAX_PARTS: f64 = 100.0;
 
@@ -58,6 +59,11 @@ fn parse_with(
             line: index + 1,
             problem,
         };
+        if lines.len() == MAX_LINES {
+            return Err(fail(format!(
+                "a script has at most {MAX_LINES} lines; split the run"
+            )));
+        }
         let parsed = parse_line(line)
             // The example is shown only where the line cannot be read at all; other errors name
             // the key.
@@ -168,96 +174,6 @@ fn check_action(action: &ScriptAction) -> Result<(), String> {
     }
 }
 
-/// Counts entries into phases, and finds the lines that are due.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct ScriptRunner {
-    lines: Vec<Pending>,
-    phase: String,
-    phase_entry: u32,
-}
-
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct Pending {
-    line: ScriptLine,
-    fired: bool,
-    entries: u32,
-    due_tick: Option<u64>,
-}
-
-impl ScriptRunner {
-    /// A runner for `lines`, before any of them has fired.
-    pub fn new(lines: &[ScriptLine]) -> Self {
-        let pending = |line: &ScriptLine| Pending {
-            due_tick: match line.trigger {
-                Trigger::Time { at_s } => Some(ticks(at_s)),
-                Trigger::Phase { .. } => None,
-            },
-            line: line.clone(),
-            fired: false,
-            entries: 0,
-        };
-        Self {
-            lines: lines.iter().map(pending).collect(),
-            phase: String::new(),
-            phase_entry: 0,
-        }
-    }
-
-    /// Number of lines that have not fired.
-    pub fn left(&self) -> u32 {
-        self.lines.iter().map(|l| u32::from(!l.fired)).sum()
-    }
-
-    /// Records the phase and the count of entries of the newest decision, in a cell with these
-    /// arms.
-    pub fn observe(&mut self, tick: u64, phase: &str, phase_entry: u32, arms: &[String]) {
-        let is_now = |at: &str| phase_name::is_same(at, phase, arms);
-        // Phase and count are compared: a phase may be entered again from itself.
-        if phase_entry == self.phase_entry && phase == self.phase {
-            return;
-        }
-        phase.clone_into(&mut self.phase);
-        self.phase_entry = phase_entry;
-        for pending in &mut self.lines {
-            if let Trigger::Phase {
-                at_phase,
-                nth,
-                after_s,
-            } = &pending.line.trigger
-                && is_now(at_phase)
-            {
-                pending.entries += 1;
-                // Exactly the nth: a later entry must not move the time again.
-                if pending.entries == *nth {
-                    pending.due_tick = Some(tick + ticks(*after_s));
-                }
-            }
-        }
-    }
-
-    /// The first line due at `tick` that has not fired, with its number from 1; it counts as
-    /// fired from now on.
-    pub fn next_due(&mut self, tick: u64) -> Option<(u32, ScriptAction)> {
-        let index = self
-            .lines
-            .iter()
-            .position(|l| !l.fired && l.due_tick.is_some_and(|due| due <= tick))?;
-        let pending = self.lines.get_mut(index)?;
-        pending.fired = true;
-        let number = u32::try_from(index + 1).unwrap_or(u32::MAX);
-        Some((number, pending.line.action.clone()))
-    }
-}
-
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "parse allows 0 to 1e6 seconds only"
-)]
-fn ticks(seconds: f64) -> u64 {
-    (seconds * 1.0e9 / TICK_NS as f64).round() as u64
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -311,20 +227,12 @@ mod tests {
     }
 
     #[test]
-    fn a_line_fires_once_at_its_time_and_on_its_entry() {
-        let text = r#"{"at_phase": "LIFT", "nth": 2, "do": "kill", "process": "task"}
-{"at_s": 0.02, "do": "pause"}"#;
-        let mut runner = ScriptRunner::new(&parse(text, "s").unwrap());
-        assert_eq!(runner.left(), 2);
-        assert_eq!(runner.next_due(19), None);
-        assert_eq!(runner.next_due(20).map(|(n, _)| n), Some(2));
-        assert_eq!(runner.next_due(21), None);
-        runner.observe(30, "LIFT", 4, &[]);
-        runner.observe(31, "LIFT", 4, &[]);
-        assert_eq!(runner.next_due(31), None);
-        runner.observe(40, "TRANSPORT", 5, &[]);
-        runner.observe(50, "LIFT", 12, &[]);
-        assert_eq!(runner.next_due(50).map(|(n, _)| n), Some(1));
-        assert_eq!(runner.left(), 0);
+    fn a_script_of_too_many_lines_is_refused_with_the_number() {
+        let line = "{\"at_s\": 1, \"do\": \"pause\"}\n";
+        let lines = |count| parse(&line.repeat(count), "s.jsonl");
+        assert_eq!(lines(MAX_LINES).unwrap().len(), MAX_LINES);
+        let message = lines(MAX_LINES + 1).unwrap_err().to_string();
+        assert!(message.contains("10000 lines"), "{message}");
+        assert!(message.starts_with("s.jsonl:10001"), "{message}");
     }
 }
