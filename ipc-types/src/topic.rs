@@ -135,12 +135,9 @@ impl TopicId {
             Self::Trace | Self::WorldTap => TRACE_DEPTH,
             Self::ArmStatus(_) | Self::Decision => 2,
             Self::ArmCommandTap(_) | Self::ArmStatusTap(_) => TAP_DEPTH,
-            // 2.5 s of decisions; in lockstep physics waits long before (`RECORDER_LAG_TICKS`).
-            Self::DecisionTap => 256,
-            // Half a second of commands.
-            Self::ClientTap(_) => 512,
-            // A task on a busy machine sends one with every decision.
-            Self::Keyframe(_) => 16,
+            Self::DecisionTap => DECISION_TAP_DEPTH,
+            Self::ClientTap(_) => CLIENT_TAP_DEPTH,
+            Self::Keyframe(_) => KEYFRAME_DEPTH,
             _ => 1,
         }
     }
@@ -178,6 +175,14 @@ pub const TRACE_DEPTH: usize = 1024;
 /// speed.
 // Lockstep limits the run ahead as well, see `RECORDER_LAG_TICKS`.
 pub const TAP_DEPTH: usize = 2048;
+/// Decisions for the recorder that can wait: 2.5 s.
+// In lockstep physics waits long before, see `RECORDER_LAG_TICKS`.
+pub const DECISION_TAP_DEPTH: usize = 256;
+/// Commands of clients for the recorder that can wait: half a second.
+pub const CLIENT_TAP_DEPTH: usize = 512;
+/// Parts of a checkpoint for the recorder that can wait.
+// A task on a busy machine sends one with every decision.
+pub const KEYFRAME_DEPTH: usize = 16;
 
 /// Service name of the operator's requests.
 pub const OPERATOR_SERVICE: &str = "operator";

@@ -9,7 +9,7 @@ use ipc_types::topic::{Process, TopicId};
 use ipc_types::trace::TraceKind;
 use ipc_types::{TraceLine, WorldState};
 use supervisor::control::{Request, ask};
-use supervisor::failure::{Context, Failure};
+use supervisor::failure::Failure;
 use supervisor::run::policy::choose;
 
 use super::Session;
@@ -37,20 +37,29 @@ pub(crate) fn restart(args: &RestartArgs) -> Result<(), Failure> {
     if args.process == ProcessName::Task {
         check_task(&session, args.policy.as_deref())?;
     }
-    let bus = session.join()?;
-    let mut log = bus
-        .subscriber(TopicId::Trace)
-        .cannot("read the task's log")?;
-    let mut start = Start::watch(&session, args.process)?;
+    // The launcher is asked whether or not a reader of the cell's topics is free: they only
+    // tell what came of it.
+    let bus = session.join().ok();
+    let log = bus.as_ref().map(|bus| bus.subscriber(TopicId::Trace));
+    let mut log = log.and_then(Result::ok);
+    let start = Start::watch(&session, args.process);
     let wish = Request::Restart {
         process: name.to_owned(),
         policy: args.policy.clone(),
     };
-    accepted(ask(&session.dir.control(), &wish)?)?;
+    let answer = accepted(ask(&session.dir.control(), &wish)?)?;
+    let mut start = match start {
+        Ok(start) => start,
+        Err(failure) => {
+            say::line(answer);
+            say::warn(format_args!("its end was not waited for: {failure}"));
+            return Ok(());
+        }
+    };
     start.wait()?;
     let after_ms = start.began.elapsed().as_millis();
     let details = match args.process {
-        ProcessName::Task => task_details(&session, &start.picture, &mut log)?,
+        ProcessName::Task => task_details(&session, &start.picture, log.as_mut())?,
         ProcessName::Physics => start.resumption()?,
         ProcessName::Controller | ProcessName::Monitor => String::new(),
     };
@@ -150,7 +159,7 @@ impl<'a> Start<'a> {
 fn task_details(
     session: &Session,
     picture: &Picture,
-    log: &mut Subscriber<TraceLine>,
+    log: Option<&mut Subscriber<TraceLine>>,
 ) -> Result<String, Failure> {
     let cell = session.load_cell()?;
     let arms = picture.state().map_or(&[][..], WorldState::arms);
@@ -160,7 +169,7 @@ fn task_details(
     });
     let mut details = Vec::new();
     details.extend(held.map(|object| format!(", {} still held", object.name)));
-    details.extend(first_line(log).map(|line| format!(", {line}")));
+    details.extend(log.and_then(first_line).map(|line| format!(", {line}")));
     Ok(details.concat())
 }
 

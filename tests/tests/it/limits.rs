@@ -191,9 +191,9 @@ fn each_capacity_of_the_code_is_in_the_document() {
         }
         for (constant, text) in constants(&file) {
             let capacity = ["MAX_", "MOST_", "KEPT", "WAITING"];
+            let named = capacity.iter().any(|start| constant.starts_with(start));
             // A number with a point is a quantity.
-            let is_one =
-                capacity.iter().any(|start| constant.starts_with(start)) && !is_quantity(&text);
+            let is_one = (named || constant.ends_with("_DEPTH")) && !is_quantity(&text);
             let constant = format!("{name}::{constant}");
             if is_one && !listed.contains(&constant) && !NOT_CAPACITIES.contains(&&*constant) {
                 missing.push(constant);
@@ -222,5 +222,31 @@ fn one_more_than_each_limit_is_refused_at_load_with_the_number() {
             "{} is not named: {text:.2000}",
             row.constant
         );
+    }
+}
+
+/// Files of capacities that depend on a kind: each has a name, as only then it is in the
+/// document.
+const OF_A_KIND: [(&str, &str); 2] = [
+    ("ipc-types/src/topic.rs", "pub fn depth("),
+    (
+        "crates/cell/cell-bus/src/qos.rs",
+        "pub(crate) fn max_subscribers(",
+    ),
+];
+
+#[test]
+fn a_capacity_that_depends_on_a_kind_has_a_name() {
+    for (file, start) in OF_A_KIND {
+        let text = std::fs::read_to_string(root().join(file)).expect(file);
+        let at = text.find(start).expect(start);
+        let body = text[at..].split("\n    }\n").next().expect("a body");
+        let arms = body.lines().filter_map(|line| line.split_once(" => "));
+        for (_, value) in arms {
+            let value = value.trim_end_matches(',');
+            // A reader that is one or two messages behind has the newest: nothing is lost.
+            let is_number = value.parse::<u64>().is_ok_and(|number| number > 2);
+            assert!(!is_number, "{file}: {value} has no name");
+        }
     }
 }

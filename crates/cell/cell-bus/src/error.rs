@@ -88,15 +88,28 @@ pub enum BusError {
         /// Type and schema hash of this program.
         ours: String,
     },
-    /// No port could be made on an open service.
+    /// All places for such ports on a service are taken.
     #[error(
-        "no port on `{service}` ({reason}): too many programs look on, or too many crashed; \
-         close some, or start the cell again"
+        "`{service}` has at most {limit} {ports} at a time, and that many are open: close programs that \
+         look on (`top`, `show --live`, pages); if none does, some crashed: start the cell again"
+    )]
+    NoPlace {
+        /// The service.
+        service: String,
+        /// Kind of the ports.
+        ports: &'static str,
+        /// How many are possible.
+        limit: usize,
+    },
+    /// No port could be made on an open service, for another reason.
+    #[error(
+        "no port on `{service}` ({reason}): check that the run directory and /dev/shm can be \
+         written and have room (`robocell doctor`)"
     )]
     Port {
         /// The service.
         service: String,
-        /// The transport's reason.
+        /// The transport's reason, and the error of the system where a file cannot be made.
         reason: String,
     },
 }

@@ -32,6 +32,13 @@ const STATE_PIECES: usize = MAX_OBJECTS.div_ceil(PIECE_OBJECTS);
 /// Readers of a topic of few messages: the processes of a cell and tools.
 // A joining tool is refused beyond this; the loops of the cell are not affected.
 const MAX_SUBSCRIBERS: usize = 16;
+/// Readers of a topic of many messages that no recorder needs whole: the launcher's tools
+/// that show a running behaviour, and the page.
+// A deep buffer is memory times readers.
+const MAX_DEEP_SUBSCRIBERS: usize = 6;
+/// Readers of a tap: the recorder, one that was killed, and one more.
+// A tap has a second of messages or more, so each further reader costs as much as the topic.
+const MAX_TAP_SUBSCRIBERS: usize = 3;
 /// Loans of one publisher at a time.
 // A message and its copy for the tap are loans of two ports; the second is slack.
 const MAX_LOANED: usize = 2;
@@ -47,14 +54,11 @@ pub(crate) fn history(topic: TopicId) -> usize {
     }
 }
 
-/// Readers of a topic. Deep buffers are memory times readers, so they get few.
+/// Readers of a topic.
 pub(crate) fn max_subscribers(topic: TopicId) -> usize {
     match topic {
-        // A tap is deep (one second or more), so each further
-        // reader costs as much as the topic itself.
-        // The recorder, and one that was killed.
-        _ if topic.is_tap() => 3,
-        _ if topic.depth() > HISTORY => 6,
+        _ if topic.is_tap() => MAX_TAP_SUBSCRIBERS,
+        _ if topic.depth() > HISTORY => MAX_DEEP_SUBSCRIBERS,
         _ => MAX_SUBSCRIBERS,
     }
 }

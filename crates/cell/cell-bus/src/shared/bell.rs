@@ -3,36 +3,40 @@
 use std::time::Duration;
 
 use cell_rt::{monotonic_ns, sleep_until};
-use iceoryx2::port::listener::{Listener, ListenerWaitError};
-use iceoryx2::port::notifier::Notifier;
-use iceoryx2::prelude::ipc;
+use iceoryx2::port::listener::{Listener, ListenerCreateError, ListenerWaitError};
+use iceoryx2::port::notifier::{Notifier, NotifierCreateError};
+use iceoryx2::prelude::{PortFactory as _, ipc};
 use iceoryx2::service::port_factory::event::PortFactory;
 
+use super::cause::{no_place, port_error};
 use crate::bell::{Ring, Sleep};
 use crate::error::BusError;
-
-// Both ends fail in the same two ways: all ports are taken, or files of the cell are damaged.
-fn port_error(service: &str, reason: impl core::fmt::Debug) -> BusError {
-    BusError::Port {
-        service: service.to_owned(),
-        reason: format!("{reason:?}"),
-    }
-}
+use crate::site::RunSite;
 
 pub(super) fn ring(
     service: &PortFactory<ipc::Service>,
     name: &str,
+    site: &RunSite,
 ) -> Result<Box<dyn Ring>, BusError> {
+    let limit = service.static_config().max_notifiers();
     let port = service.notifier_builder().create();
-    Ok(Box::new(port.map_err(|error| port_error(name, error))?))
+    Ok(Box::new(port.map_err(|error| match error {
+        NotifierCreateError::ExceedsMaxSupportedNotifiers => no_place(name, "ringers", limit),
+        error => port_error(name, error, site),
+    })?))
 }
 
 pub(super) fn sleep(
     service: &PortFactory<ipc::Service>,
     name: &str,
+    site: &RunSite,
 ) -> Result<Box<dyn Sleep>, BusError> {
+    let limit = service.static_config().max_listeners();
     let port = service.listener_builder().create();
-    Ok(Box::new(port.map_err(|error| port_error(name, error))?))
+    Ok(Box::new(port.map_err(|error| match error {
+        ListenerCreateError::ExceedsMaxSupportedListeners => no_place(name, "sleepers", limit),
+        error => port_error(name, error, site),
+    })?))
 }
 
 impl Ring for Notifier<ipc::Service> {

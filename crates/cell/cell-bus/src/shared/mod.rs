@@ -23,6 +23,7 @@ use crate::operator::{Ask, Serve};
 use crate::site::RunSite;
 
 mod bell;
+mod cause;
 pub(crate) mod operator;
 mod topic;
 
@@ -40,6 +41,7 @@ const RETRY_PAUSE_NS: u64 = 5_000_000;
 pub(crate) struct Shared {
     node: Hidden<Node<ipc::Service>>,
     config: Config,
+    site: RunSite,
 }
 
 impl Shared {
@@ -66,31 +68,32 @@ impl Shared {
         Ok(Self {
             node: Hidden::new(node),
             config,
+            site: site.clone(),
         })
     }
 
     pub(crate) fn outlet<T: Message>(&self, name: &str) -> Result<Outlet<T>, BusError> {
-        Outlet::new(&self.open_topic(name)?, name)
+        Outlet::new(&self.open_topic(name)?, name, &self.site)
     }
 
     pub(crate) fn inlet<T: Message>(&self, name: &str) -> Result<Inlet<T>, BusError> {
-        Inlet::new(self.open_topic(name)?, name)
+        Inlet::new(self.open_topic(name)?, name, &self.site)
     }
 
     pub(crate) fn ring(&self, name: &str) -> Result<Box<dyn Ring>, BusError> {
-        bell::ring(&self.open_bell(name)?, name)
+        bell::ring(&self.open_bell(name)?, name, &self.site)
     }
 
     pub(crate) fn sleep(&self, name: &str) -> Result<Box<dyn Sleep>, BusError> {
-        bell::sleep(&self.open_bell(name)?, name)
+        bell::sleep(&self.open_bell(name)?, name, &self.site)
     }
 
     pub(crate) fn ask(&self) -> Result<Box<dyn Ask>, BusError> {
-        operator::ask(&self.open_operator()?)
+        operator::ask(&self.open_operator()?, &self.site)
     }
 
     pub(crate) fn serve(&self) -> Result<Box<dyn Serve>, BusError> {
-        operator::serve(&self.open_operator()?)
+        operator::serve(&self.open_operator()?, &self.site)
     }
 
     fn open_bell(&self, name: &str) -> Result<Bell<ipc::Service>, BusError> {

@@ -4,15 +4,19 @@ use cell_rt::monotonic_ns;
 use iceoryx2::pending_response::PendingResponse;
 use iceoryx2::port::client::Client;
 use iceoryx2::port::server::Server;
-use iceoryx2::prelude::{BackpressureStrategy, ipc};
+use iceoryx2::prelude::{BackpressureStrategy, PortFactory as _, ipc};
 use iceoryx2::service::builder::Builder;
+use iceoryx2::service::port_factory::client::ClientCreateError;
 use iceoryx2::service::port_factory::request_response::PortFactory;
+use iceoryx2::service::port_factory::server::ServerCreateError;
 use ipc_types::topic::OPERATOR_SERVICE;
 use ipc_types::{OperatorReply, OperatorRequest};
 
+use super::cause::{no_place, port_error};
 use crate::error::{BusError, RequestError};
 use crate::operator::{Answer, Ask, Serve};
 use crate::qos;
+use crate::site::RunSite;
 
 pub(crate) type Factory = PortFactory<ipc::Service, OperatorRequest, (), OperatorReply, ()>;
 
@@ -37,28 +41,33 @@ pub(crate) fn create_service(builder: Builder<ipc::Service>) -> Result<Factory, 
         .map_err(|error| format!("{error:?}"))
 }
 
-fn port_error(reason: impl core::fmt::Debug) -> BusError {
-    BusError::Port {
-        service: OPERATOR_SERVICE.to_owned(),
-        reason: format!("{reason:?}"),
-    }
-}
-
-pub(super) fn ask(service: &Factory) -> Result<Box<dyn Ask>, BusError> {
+pub(super) fn ask(service: &Factory, site: &RunSite) -> Result<Box<dyn Ask>, BusError> {
+    let limit = service.static_config().max_clients();
     let port = service
         .client_builder()
         .backpressure_strategy(BackpressureStrategy::DiscardData)
         .create()
-        .map_err(port_error)?;
+        .map_err(|error| match error {
+            ClientCreateError::ExceedsMaxSupportedClients => {
+                no_place(OPERATOR_SERVICE, "clients", limit)
+            }
+            error => port_error(OPERATOR_SERVICE, error, site),
+        })?;
     Ok(Box::new(port))
 }
 
-pub(super) fn serve(service: &Factory) -> Result<Box<dyn Serve>, BusError> {
+pub(super) fn serve(service: &Factory, site: &RunSite) -> Result<Box<dyn Serve>, BusError> {
+    let limit = service.static_config().max_servers();
     let port = service
         .server_builder()
         .backpressure_strategy(BackpressureStrategy::DiscardData)
         .create()
-        .map_err(port_error)?;
+        .map_err(|error| match error {
+            ServerCreateError::ExceedsMaxSupportedServers => {
+                no_place(OPERATOR_SERVICE, "servers", limit)
+            }
+            error => port_error(OPERATOR_SERVICE, error, site),
+        })?;
     Ok(Box::new(port))
 }
 

@@ -1,8 +1,8 @@
 //! Ports of topics of iceoryx2.
 
 use cell_rt::monotonic_ns;
-use iceoryx2::port::publisher::Publisher;
-use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::port::publisher::{Publisher, PublisherCreateError};
+use iceoryx2::port::subscriber::{Subscriber, SubscriberCreateError};
 use iceoryx2::port::update_connections::UpdateConnections as _;
 use iceoryx2::prelude::{BackpressureStrategy, PortFactory as _, ipc};
 use iceoryx2::sample::Sample;
@@ -10,16 +10,11 @@ use iceoryx2::sample_mut::SampleMut;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 use ipc_types::header::Message;
 
+use super::cause::{no_place, port_error};
 use crate::error::{BusError, PublishError};
 use crate::reader::{self, NoConnection};
+use crate::site::RunSite;
 use crate::writer::{self, Loan};
-
-fn port_error(service: &str, reason: impl core::fmt::Debug) -> BusError {
-    BusError::Port {
-        service: service.to_owned(),
-        reason: format!("{reason:?}"),
-    }
-}
 
 /// A publisher.
 #[derive(Debug)]
@@ -29,14 +24,21 @@ impl<T: Message> Outlet<T> {
     pub(super) fn new(
         service: &PortFactory<ipc::Service, T, ()>,
         name: &str,
+        site: &RunSite,
     ) -> Result<Self, BusError> {
+        let limit = service.static_config().max_publishers();
         let port = service
             .publisher_builder()
             // Overflow makes room, so this never applies; blocking must not be
             // what happens if it ever does.
             .backpressure_strategy(BackpressureStrategy::DiscardData)
             .create()
-            .map_err(|error| port_error(name, error))?;
+            .map_err(|error| match error {
+                PublisherCreateError::ExceedsMaxSupportedPublishers => {
+                    no_place(name, "writers", limit)
+                }
+                error => port_error(name, error, site),
+            })?;
         Ok(Self(port))
     }
 }
@@ -81,9 +83,16 @@ impl<T: Message> Inlet<T> {
     pub(super) fn new(
         service: PortFactory<ipc::Service, T, ()>,
         name: &str,
+        site: &RunSite,
     ) -> Result<Self, BusError> {
+        let limit = service.static_config().max_subscribers();
         let port = service.subscriber_builder().create();
-        let port = port.map_err(|error| port_error(name, error))?;
+        let port = port.map_err(|error| match error {
+            SubscriberCreateError::ExceedsMaxSupportedSubscribers => {
+                no_place(name, "readers", limit)
+            }
+            error => port_error(name, error, site),
+        })?;
         Ok(Self {
             depth: port.buffer_size(),
             port,
