@@ -8,6 +8,7 @@ use cell_model::{Cell, ModelError};
 use ipc_types::operator::ReplyCode;
 use ipc_types::topic::TopicId;
 use ipc_types::{Decision, OperatorRequest, TraceLine, WorldState};
+use supervisor::failure::Failure;
 use supervisor::rundir::RunDir;
 use thiserror::Error;
 
@@ -21,6 +22,9 @@ pub enum JoinError {
     /// No cell of this name is running.
     #[error("cell `{0}` is not running; start it with `robocell run DEMO --cell {0}`")]
     NotRunning(String),
+    /// Its run directory.
+    #[error(transparent)]
+    RunDir(#[from] Failure),
     /// The run file.
     #[error(transparent)]
     Spec(#[from] RunSpecError),
@@ -54,7 +58,7 @@ impl Joined {
     /// # Errors
     /// [`JoinError`] if it is not running or its files cannot be read.
     pub fn of(name: &str) -> Result<Self, JoinError> {
-        let dir = RunDir::of(name);
+        let dir = RunDir::of(name)?;
         // The lock's holder is the launcher; without one, files are leftovers.
         let holder = dir.holder();
         let holder = holder.ok_or_else(|| JoinError::NotRunning(name.to_owned()))?;

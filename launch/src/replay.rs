@@ -22,7 +22,7 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<(), Failure> {
         let words = ["replay".to_owned(), file.display().to_string()];
         return task_program::run_other("robocell-export", &words);
     }
-    let dir = RunDir::of(&format!("replay-{}", std::process::id()));
+    let dir = RunDir::of(&format!("replay-{}", std::process::id()))?;
     let lock = dir.take("replay")?;
     dir.set_recording(&file).cannot("note the replayed file")?;
     let shown = page::Page::new(&args.page)?;

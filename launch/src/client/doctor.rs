@@ -11,7 +11,7 @@ use serde::Serialize;
 use supervisor::failure::{Code, Failure};
 use supervisor::leftovers::Leftovers;
 use supervisor::programs::beside;
-use supervisor::rundir::{RunDir, base};
+use supervisor::rundir::{RunDir, checked_base};
 
 use super::measure::{Measured, measure};
 use crate::cli::{DoctorArgs, ReportArgs};
@@ -239,7 +239,14 @@ fn shared_memory() -> Check {
 }
 
 fn run_directory() -> Check {
-    let base = base();
+    let base = match checked_base() {
+        Ok(base) => base,
+        Err(failure) => {
+            let (name, cost) = ("run directory", "no cell starts");
+            let fix = "remove it, or set ROBOCELL_RUN_DIR to a directory of your own";
+            return Check::new(name, false, Severity::Fail, failure.message, (cost, fix));
+        }
+    };
     let existing = base.ancestors().find(|dir| dir.exists());
     let fast = existing.is_some_and(|dir| is_tmpfs(dir).unwrap_or(false));
     let found = format!(
@@ -261,7 +268,8 @@ fn run_directory() -> Check {
 
 fn leftovers(args: &ReportArgs) -> Check {
     let mut found = Vec::new();
-    for (name, dir) in RunDir::all() {
+    // A directory that is refused is told by the check before this one.
+    for (name, dir) in RunDir::all().unwrap_or_default() {
         let left = Leftovers::find(&dir);
         if dir.holder().is_none() && !left.is_empty() {
             found.push(format!("cell {name}: {left}"));

@@ -32,7 +32,7 @@ pub(crate) struct IncidentList {
 /// Lists the incidents of a cell, or prints one.
 pub(crate) fn incident(args: &IncidentArgs) -> Result<(), Failure> {
     let cell = &args.cell.cell;
-    let incidents = Incidents::at(flight::incidents(cell, &RunDir::of(cell)));
+    let incidents = Incidents::at(flight::incidents(cell, &RunDir::of(cell)?));
     let Some(number) = args.number else {
         return list(&incidents, args);
     };

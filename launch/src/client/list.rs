@@ -59,7 +59,7 @@ pub(crate) fn list(args: &ListArgs) -> Result<(), Failure> {
         .map_or_else(cell_files::data, Data::dir);
     let list = List {
         demos: demos(&data)?,
-        running: running(),
+        running: running()?,
     };
     if args.json {
         return output::print(&list);
@@ -102,7 +102,7 @@ fn demos(data: &Data) -> Result<Vec<Demo>, Failure> {
     Ok(demos)
 }
 
-fn running() -> Vec<Running> {
+fn running() -> Result<Vec<Running>, Failure> {
     let describe = |(cell, dir): (String, RunDir)| {
         let holder = dir.holder()?;
         let demo = RunSpec::load(&dir.spec()).ok().map(|spec| spec.demo);
@@ -114,5 +114,6 @@ fn running() -> Vec<Running> {
             since: holder.since,
         })
     };
-    RunDir::all().into_iter().filter_map(describe).collect()
+    let all = RunDir::all()?.into_iter();
+    Ok(all.filter_map(describe).collect())
 }

@@ -56,7 +56,7 @@ impl Tail {
 
 /// Prints the logs of a cell that runs or has run.
 pub(crate) fn logs(args: &LogsArgs) -> Result<(), Failure> {
-    let dir = RunDir::of(&args.cell.cell);
+    let dir = RunDir::of(&args.cell.cell)?;
     let names = names(&dir.logs());
     if names.is_empty() {
         dir.running(&args.cell.cell)?;

@@ -59,7 +59,7 @@ pub(crate) struct Session {
 impl Session {
     /// The running cell of this name.
     pub(crate) fn of(cell: &str) -> Result<Self, Failure> {
-        let dir = RunDir::of(cell);
+        let dir = RunDir::of(cell)?;
         let holder = dir.running(cell)?;
         // A cell that starts at this moment has no run file yet.
         let spec = RunSpec::load(&dir.spec()).map_err(Failure::configuration)?;

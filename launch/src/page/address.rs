@@ -1,11 +1,12 @@
 //! Where the page listens.
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener, UdpSocket};
+use std::path::Path;
 use std::sync::Arc;
 
 use cell_rt::lock::Lock;
-use cell_rt::process::user_id;
-use supervisor::failure::Failure;
+use supervisor::failure::{Context, Failure};
+use supervisor::rundir::shared_locks;
 
 /// Ports that are tried, in this order: away from those of the tools people run
 /// beside a cell.
@@ -45,21 +46,28 @@ pub(crate) fn place(listen: Option<&str>) -> Result<ListenAddress, Failure> {
              lists them, 0.0.0.0 for all of them"
         )));
     }
-    let found = PORTS.clone().find_map(|port| {
-        let reserved = reserve(port)?;
-        is_free(ip, port).then(|| ListenAddress {
-            address: SocketAddr::new(ip, port),
-            _reserved: Some(Arc::new(reserved)),
-        })
-    });
-    found.ok_or_else(|| {
-        Failure::configuration(format!(
-            "no port from {} to {} is free at {ip}; `--listen ADDR:PORT` names another, \
-             `--headless` starts no page",
-            PORTS.start,
-            PORTS.end - 1
-        ))
-    })
+    first_free(ip, &shared_locks()?)
+}
+
+/// The first port of `ip` that is free and that no launcher with locks in `locks` has chosen.
+fn first_free(ip: IpAddr, locks: &Path) -> Result<ListenAddress, Failure> {
+    for port in PORTS {
+        let Some(reserved) = reserve(port, locks)? else {
+            continue;
+        };
+        if is_free(ip, port) {
+            return Ok(ListenAddress {
+                address: SocketAddr::new(ip, port),
+                _reserved: Some(Arc::new(reserved)),
+            });
+        }
+    }
+    Err(Failure::configuration(format!(
+        "no port from {} to {} is free at {ip}; `--listen ADDR:PORT` names another, \
+         `--headless` starts no page",
+        PORTS.start,
+        PORTS.end - 1
+    )))
 }
 
 /// Addresses that other machines reach this one by: those of the routes to networks far
@@ -84,10 +92,14 @@ fn is_free(ip: IpAddr, port: u16) -> bool {
 }
 
 /// Between the choice of a port and the moment the monitor listens there,
-/// another launcher could choose the same.
-fn reserve(port: u16) -> Option<Lock> {
-    let name = format!("robocell-port-{}-{port}.lock", user_id());
-    Lock::try_new(&std::env::temp_dir().join(name)).ok()?
+/// another launcher could choose the same. `None`: another one has chosen `port`.
+fn reserve(port: u16, locks: &Path) -> Result<Option<Lock>, Failure> {
+    let path = locks.join(format!("port-{port}.lock"));
+    let lock = Lock::try_new(&path);
+    lock.cannot(format!(
+        "reserve port {port} for the page by the lock {} (a plain file of this user that may be removed)",
+        path.display()
+    ))
 }
 
 fn parse(text: &str) -> Result<(IpAddr, Option<u16>), Failure> {
@@ -130,9 +142,23 @@ mod tests {
     }
 
     #[test]
+    fn a_lock_that_cannot_be_taken_is_named_and_no_link_is_followed() {
+        let locks = tempfile::tempdir().unwrap();
+        let (link, target) = (locks.path().join("port-8600.lock"), locks.path().join("x"));
+        std::os::unix::fs::symlink(&target, &link).unwrap();
+        let failure = first_free(Ipv4Addr::LOCALHOST.into(), locks.path()).unwrap_err();
+        let message = failure.message;
+        assert!(message.contains(&link.display().to_string()), "{message}");
+        assert!(!message.contains("is free"), "{message}");
+        assert!(!target.exists());
+    }
+
+    #[test]
     fn a_taken_port_is_passed_over_but_not_when_it_was_asked_for() {
-        let first = place(None).unwrap();
-        assert_ne!(place(None).unwrap().address, first.address, "reserved");
+        let locks = tempfile::tempdir().unwrap();
+        let choose = || first_free(Ipv4Addr::LOCALHOST.into(), locks.path()).unwrap();
+        let first = choose();
+        assert_ne!(choose().address, first.address, "reserved");
         let taken = TcpListener::bind("127.0.0.1:0").unwrap();
         let address = taken.local_addr().unwrap();
         let message = place(Some(&address.to_string())).unwrap_err().to_string();

@@ -8,6 +8,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, SystemTime};
 
 use cell_rt::lock::Lock;
+use supervisor::rundir::shared_locks;
 
 use crate::progress::Progress;
 use crate::{asked, say};
@@ -119,10 +120,9 @@ fn put_back(ui: &Path) {
 
 /// Builds the page alone, however many cells start at once.
 fn take_turn(ui: &Path) -> Result<Lock, String> {
-    let path = std::env::temp_dir().join(format!(
-        "robocell-page-{}.lock",
-        cell_rt::process::user_id()
-    ));
+    let locks =
+        shared_locks().map_err(|failure| format!("The page cannot be built: {failure}."))?;
+    let path = locks.join("page.lock");
     let since = std::time::Instant::now();
     loop {
         match Lock::try_new(&path) {

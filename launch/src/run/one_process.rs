@@ -1,11 +1,9 @@
 //! The same cell inside one process: the task program beside our executable.
 
-use std::os::unix::fs::DirBuilderExt;
-
 use cell_model::runs::spec::ENDED_FILE;
 use supervisor::failure::{Code, Context, Failure};
 use supervisor::run::plan::Plan;
-use supervisor::rundir::{RunDir, base};
+use supervisor::rundir::RunDir;
 
 use crate::task_program;
 
@@ -24,12 +22,8 @@ pub(crate) fn by_task_program(
 ) -> Result<(), Failure> {
     // Ctrl-C reaches the other program, too; ours stays to tidy up.
     cell_rt::signal::install_stop_handler().cannot("listen to signals")?;
-    let dir = RunDir::at(base().join(format!(".one-{}", std::process::id())));
-    std::fs::DirBuilder::new()
-        .recursive(true)
-        .mode(0o700)
-        .create(dir.path())
-        .cannot("make a run directory")?;
+    let dir = RunDir::of(&format!(".one-{}", std::process::id()))?;
+    dir.make()?;
     let mut spec = plan.spec.clone();
     dir.path().clone_into(&mut spec.run_dir);
     let result = spec

@@ -44,7 +44,7 @@ pub fn resolve(args: &RunArgs) -> Result<Plan, Failure> {
 fn with_page(args: &RunArgs, page: Option<Page>) -> Result<Plan, Failure> {
     let inputs = Inputs::read(args)?;
     let cell = inputs.cell;
-    let dir = RunDir::of(&args.cell.cell);
+    let dir = RunDir::of(&args.cell.cell)?;
     let limit = limit_of(args, &cell);
     let (run, root, prefix) = site_of(&dir)?;
     let watchdog = is_watched(args, inputs.policy_server.as_ref());

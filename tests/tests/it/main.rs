@@ -41,6 +41,7 @@ mod physics_kills;
 mod pictures;
 mod plot;
 mod policy_server;
+mod private_dir;
 mod readers;
 mod replaced;
 mod replay;

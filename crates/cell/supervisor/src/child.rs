@@ -4,14 +4,16 @@
 //! everything here is called from the launcher's main thread only.
 
 use std::fs::{File, OpenOptions};
+use std::os::fd::AsRawFd as _;
 use std::os::unix::fs::OpenOptionsExt;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command};
 use std::time::Duration;
 
 use cell_model::runs::children::ChildId;
 use cell_model::runs::python;
+use cell_model::runs::spec::RunSpec;
 use cell_rt::process::{SIGCONT, SIGKILL, SIGTERM, kill, start_time};
 use ipc_types::topic::Process;
 
@@ -53,6 +55,9 @@ const END_LIMIT: Duration = Duration::from_secs(2);
 /// Time between two looks whether it has.
 const END_PAUSE: Duration = Duration::from_millis(1);
 
+/// The run file as a process opens it: its standard input, so that the path has no effect.
+const SPEC: &str = "/proc/self/fd/0";
+
 #[derive(Debug)]
 struct Running {
     process: Process,
@@ -65,17 +70,33 @@ struct Running {
 #[derive(Debug)]
 pub(crate) struct Children {
     dir: RunDir,
+    /// Of the run directory: files in it are opened by it, so that they are those of the
+    /// directory that was checked, whatever its path leads to later.
+    handle: File,
     programs: Programs,
     running: Vec<Running>,
 }
 
 impl Children {
-    pub(crate) fn new(dir: RunDir, programs: Programs) -> Self {
-        Self {
+    pub(crate) fn new(dir: RunDir, programs: Programs) -> std::io::Result<Self> {
+        let mut options = OpenOptions::new();
+        let options = options.read(true);
+        let options = options.custom_flags(libc::O_DIRECTORY | libc::O_NOFOLLOW);
+        Ok(Self {
+            handle: options.open(dir.path())?,
             dir,
             programs,
             running: Vec::new(),
-        }
+        })
+    }
+
+    /// The run file, opened.
+    fn spec(&self) -> std::io::Result<File> {
+        let handle = self.handle.as_raw_fd();
+        let path = format!("/proc/self/fd/{handle}/{}", RunSpec::FILE);
+        let mut options = OpenOptions::new();
+        let options = options.read(true).custom_flags(libc::O_NOFOLLOW);
+        options.open(path)
     }
 
     /// Starts `process` as its start number `generation`.
@@ -88,7 +109,10 @@ impl Children {
             .try_clone()
             .map_err(|error| format!("its log: {error}"))?;
         let mut command = python::command(&path);
-        command.arg("--spec").arg(self.dir.spec());
+        let spec = self
+            .spec()
+            .map_err(|error| format!("its run file: {error}"))?;
+        command.args(["--spec", SPEC]);
         command.args(["--generation", &generation.to_string()]);
         if let Process::Controller(arm) = process {
             command.args(["--arm", &arm.to_string()]);
@@ -100,7 +124,7 @@ impl Children {
         // Its own process group: Ctrl-C in a terminal is for the launcher.
         command
             .current_dir("/")
-            .stdin(Stdio::null())
+            .stdin(spec)
             .stdout(log)
             .stderr(log_too)
             .process_group(0);

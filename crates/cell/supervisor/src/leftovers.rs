@@ -173,8 +173,8 @@ mod tests {
 
     #[test]
     fn a_crashed_run_is_removed_but_not_its_lock() {
-        let dir =
-            RunDir::at(std::env::temp_dir().join(format!("robocell-wipe-{}", std::process::id())));
+        let base = tempfile::tempdir().unwrap();
+        let dir = RunDir::at(base.path().join("wipe"));
         let _lock = dir.take("wipe").unwrap();
         assert_eq!(wipe(&dir).unwrap(), None);
         let segment = PathBuf::from(SHM).join(format!("{}beef_segment", dir.family()));

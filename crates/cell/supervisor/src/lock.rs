@@ -53,7 +53,8 @@ impl Lock {
             .write(true)
             .create(true)
             .truncate(false)
-            .mode(0o600);
+            .mode(0o600)
+            .custom_flags(libc::O_NOFOLLOW);
         let mut file = options.open(path)?;
         match file.try_lock() {
             Ok(()) => {}

@@ -4,21 +4,23 @@
 //! `children.json`, `control.sock`, `record.sock`, `logs/`,
 //! `blackbox/`, `data/` and the bus's root. BASE is `ROBOCELL_RUN_DIR`, or
 //! `XDG_RUNTIME_DIR/robocell` where that is in memory, or
-//! `/dev/shm/robocell-UID`. Mode 0700.
+//! `/dev/shm/robocell-UID`. Mode 0700. BASE and `BASE/CELL` are checked before anything in them
+//! is read or connected to: files in them say which programs are started.
 
-use std::fs::{self, DirBuilder};
+mod base;
+
+use std::fs;
 use std::io;
-use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
 
 use cell_model::runs::children::ChildId;
 use cell_model::runs::record::RecordReport;
 use cell_model::runs::spec::PageSecrets;
-use cell_rt::memory::is_tmpfs;
-use cell_rt::process::user_id;
 
 use crate::failure::{Context, Failure};
 use crate::lock::{Holder, Lock};
+
+pub use base::{checked_base, shared_locks};
 
 /// Names the base directory of all cells.
 pub const ENV_RUN_DIR: &str = "ROBOCELL_RUN_DIR";
@@ -42,21 +44,6 @@ const RECORDING: &str = "recording";
 /// Start of every prefix of ours in shared memory.
 const FAMILY: &str = "rc";
 
-/// The directory the run directories of all cells lie in.
-pub fn base() -> PathBuf {
-    if let Some(dir) = std::env::var_os(ENV_RUN_DIR).filter(|d| !d.is_empty()) {
-        let dir = PathBuf::from(dir);
-        return std::path::absolute(&dir).unwrap_or(dir);
-    }
-    if let Some(dir) = std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from)
-        && dir.is_absolute()
-        && is_tmpfs(&dir).unwrap_or(false)
-    {
-        return dir.join("robocell");
-    }
-    PathBuf::from(format!("/dev/shm/robocell-{}", user_id()))
-}
-
 /// The run directory of one cell; it need not exist.
 #[derive(Clone, Debug)]
 pub struct RunDir {
@@ -65,10 +52,13 @@ pub struct RunDir {
 
 impl RunDir {
     /// The run directory of `cell`.
-    pub fn of(cell: &str) -> Self {
-        Self {
-            path: base().join(cell),
-        }
+    ///
+    /// # Errors
+    /// Where another user can change it, or the directory above it.
+    pub fn of(cell: &str) -> Result<Self, Failure> {
+        let path = checked_base()?.join(cell);
+        base::check_run_dir(&path)?;
+        Ok(Self { path })
     }
 
     /// The directory at `path`.
@@ -77,9 +67,16 @@ impl RunDir {
     }
 
     /// All that exist, by name.
-    pub fn all() -> Vec<(String, Self)> {
-        let entries = fs::read_dir(base()).into_iter().flatten().flatten();
+    ///
+    /// # Errors
+    /// Where another user can change the directory above them.
+    pub fn all() -> Result<Vec<(String, Self)>, Failure> {
+        let entries = fs::read_dir(checked_base()?)
+            .into_iter()
+            .flatten()
+            .flatten();
         let mut all: Vec<_> = entries
+            .filter(|entry| base::check_run_dir(&entry.path()).is_ok())
             .filter(|entry| entry.path().join("lock").is_file())
             .filter_map(|entry| {
                 Some((
@@ -89,7 +86,7 @@ impl RunDir {
             })
             .collect();
         all.sort_by(|a, b| a.0.cmp(&b.0));
-        all
+        Ok(all)
     }
 
     /// Where it is.
@@ -181,13 +178,23 @@ impl RunDir {
             .ok_or_else(|| Failure::not_running(cell))
     }
 
-    /// Makes the directory, readable by this user alone, and takes its lock. A directory
-    /// of that name that is not ours is refused, as it would be emptied.
+    /// Makes the directory, readable by this user alone; whether it was not there before.
+    ///
+    /// # Errors
+    /// Where it cannot be made, or another user can change it or the directory above it.
+    pub fn make(&self) -> Result<bool, Failure> {
+        base::make_base(self.path.parent().unwrap_or(Path::new("/")))?;
+        let made = base::make_private(&self.path, false);
+        let made = made.cannot(format!("make the run directory {}", self.path.display()))?;
+        base::check_run_dir(&self.path)?;
+        Ok(made)
+    }
+
+    /// Makes the directory and takes its lock. A directory of that name that is not ours is
+    /// refused, as it would be emptied.
     pub fn take(&self, cell: &str) -> Result<Lock, Failure> {
         let show = self.path.display();
-        make_private(self.path.parent().unwrap_or(Path::new("/")), true)
-            .cannot(format!("make the directory above the run directory {show}"))?;
-        if !make_private(&self.path, false).cannot(format!("make the run directory {show}"))? {
+        if !self.make()? {
             self.check_ours()?;
         }
         match Lock::take(&self.path.join("lock")).cannot(format!("lock {show}"))? {
@@ -206,40 +213,20 @@ impl RunDir {
         }
     }
 
-    /// Whether a directory that exists was made by us and for us.
+    /// Whether a directory that exists was made for us.
     fn check_ours(&self) -> Result<(), Failure> {
         let show = self.path.display();
-        let refuse = |why: String| {
-            Err(Failure::configuration(format!(
-                "{show} {why}; a run would delete its content: remove it, choose another name \
-                 with `--cell`, or set {ENV_RUN_DIR} to another directory"
-            )))
-        };
-        let meta = fs::symlink_metadata(&self.path).cannot(format!("look at {show}"))?;
-        if !meta.is_dir() {
-            let kind = if meta.is_symlink() {
-                "symbolic link"
-            } else {
-                "file"
-            };
-            return refuse(format!("is a {kind} and no run directory"));
-        }
-        if meta.uid() != user_id() || meta.mode() & 0o077 != 0 {
-            return refuse(format!(
-                "belongs to user {} with mode {:o}, not to you alone (mode 700)",
-                meta.uid(),
-                meta.mode() & 0o777
-            ));
-        }
         // The marker is read again last: a start that won meanwhile has written it before
         // anything else.
         if self.is_marked() || self.is_unused().cannot(format!("read {show}"))? || self.is_marked()
         {
             return Ok(());
         }
-        refuse(format!(
-            "is not a run directory of robocell: it has no file `{MARKER}` of ours"
-        ))
+        Err(Failure::configuration(format!(
+            "{show} is not a run directory of robocell: it has no file `{MARKER}` of ours; a run would delete \
+             its content: remove it, choose another name with `--cell`, or set {ENV_RUN_DIR} to another \
+             directory"
+        )))
     }
 
     fn is_marked(&self) -> bool {
@@ -280,19 +267,6 @@ impl RunDir {
     }
 }
 
-/// Makes a directory only its user can read; whether it was not there before.
-fn make_private(path: &Path, recursive: bool) -> io::Result<bool> {
-    match DirBuilder::new()
-        .recursive(recursive)
-        .mode(0o700)
-        .create(path)
-    {
-        Ok(()) => Ok(true),
-        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Ok(false),
-        Err(error) => Err(error),
-    }
-}
-
 /// FNV-1a folded to `bits` bits.
 fn fold(bytes: &[u8], bits: u32) -> u64 {
     let step = |hash: u64, byte: &u8| (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3);
@@ -317,7 +291,8 @@ mod tests {
 
     #[test]
     fn a_directory_that_is_not_ours_is_refused_and_stays_as_it_is() {
-        let base = std::env::temp_dir().join(format!("robocell-foreign-{}", std::process::id()));
+        let base = tempfile::tempdir().unwrap();
+        let base = base.path();
         let dir = RunDir::at(base.join("cell"));
         drop(dir.take("cell").unwrap());
         drop(dir.take("cell").unwrap());
@@ -345,13 +320,12 @@ mod tests {
         std::os::unix::fs::symlink(dir.path(), link.path()).unwrap();
         let said = link.take("link").unwrap_err().message;
         assert!(said.contains("symbolic link"), "{said}");
-        fs::remove_dir_all(base).unwrap();
     }
 
     #[test]
     fn starts_beside_a_running_cell_are_told_that_it_runs() {
-        let base = std::env::temp_dir().join(format!("robocell-beside-{}", std::process::id()));
-        let dir = RunDir::at(base.join("cell"));
+        let base = tempfile::tempdir().unwrap();
+        let dir = RunDir::at(base.path().join("cell"));
         let held = dir.take("cell").unwrap();
         fs::write(dir.path().join("run.json"), "{}").unwrap();
         std::thread::scope(|scope| {
@@ -365,7 +339,6 @@ mod tests {
             }
         });
         drop(held);
-        fs::remove_dir_all(base).unwrap();
     }
 
     #[test]

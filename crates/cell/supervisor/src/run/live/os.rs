@@ -46,7 +46,7 @@ impl Os {
         };
         Ok(Self {
             bus: BusThread::start(site.clone(), plan.spec.run, &processes)?,
-            children: Children::new(plan.dir.clone(), programs),
+            children: Children::new(plan.dir.clone(), programs).cannot("open the run directory")?,
             sweep: HalfMadeSweep::new(site),
             incidents: IncidentRecorder::new(&plan.spec, &plan.dir, &processes),
             disturbances: Disturbances::default(),
