@@ -230,13 +230,17 @@ impl LiveCell {
         planning.end();
         control.answer(&Reply::refused("the cell has ended"));
         drop((bus, control));
-        if let Some(End::Finished(summary) | End::Stopped(Some(summary))) = &mut end {
-            recording.end(&plan.dir, &plan.spec.record, summary);
+        let mut summary = match &mut end {
+            Some(End::Finished(summary) | End::Stopped(Some(summary))) => Some(summary.as_mut()),
+            _ => None,
+        };
+        recording.end(&plan.dir, &plan.spec.record, summary.as_deref_mut());
+        if let Some(summary) = summary {
             summary.script_replies = script_report::load(plan.dir.path());
             report::of_replies(&summary.script_replies).for_each(say::warn);
             // The task wrote it before the decision that the run ends with.
             let message = Message::load(plan.dir.path());
-            **summary = summary.as_ref().clone().with_message(message.text());
+            *summary = summary.clone().with_message(message.text());
         }
         if let Err(failure) = leftovers::tidy(&plan.dir, &plan.spec.root) {
             say::warn(failure);

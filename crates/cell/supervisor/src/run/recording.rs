@@ -1,5 +1,7 @@
 //! What the recorder says, told to the person at once and in the summary.
 
+use std::path::Path;
+
 use cell_model::runs::spec::RecordSpec;
 use cell_model::runs::summary::RunSummary;
 
@@ -26,20 +28,28 @@ impl RecordWatch {
         self.say(dir.record_report().and_then(|report| report.error));
     }
 
-    /// After the recorder ended: the report, for the summary.
-    pub(super) fn end(&mut self, dir: &RunDir, spec: &RecordSpec, summary: &mut RunSummary) {
+    /// After the recorder ended: says what is wrong, also of a run without a summary, and adds
+    /// the report to the summary.
+    pub(super) fn end(
+        &mut self,
+        dir: &RunDir,
+        spec: &RecordSpec,
+        summary: Option<&mut RunSummary>,
+    ) {
         let report = dir.record_report();
         let is_closed = report.as_ref().is_some_and(|report| report.closed);
         let mut report = report.unwrap_or_default();
-        if !is_closed && let Some(file) = &spec.file {
-            let why = format!(
-                "the recorder ended before it closed {}; the part that it wrote can be read",
-                file.display()
-            );
-            report.error.get_or_insert(why);
+        // A cell that never ran says why, and has no recording.
+        if !is_closed
+            && let Some(file) = &spec.file
+            && (summary.is_some() || file.exists())
+        {
+            report.error.get_or_insert_with(|| unfinished(file));
         }
         self.say(report.error.clone());
-        summary.set_record(report);
+        if let Some(summary) = summary {
+            summary.set_record(report);
+        }
     }
 
     fn say(&mut self, error: Option<String>) {
@@ -49,6 +59,19 @@ impl RecordWatch {
             say::warn(format_args!("recorder: {error}"));
             self.said = Some(error);
         }
+    }
+}
+
+/// What is wrong with a file that the recorder did not close.
+fn unfinished(file: &Path) -> String {
+    let show = file.display();
+    if file.exists() {
+        format!(
+            "the recorder ended before it closed {show}: the recording is cut and has no index; the \
+             part that it wrote can be read"
+        )
+    } else {
+        format!("the recorder ended before it began {show}")
     }
 }
 
@@ -79,8 +102,8 @@ mod tests {
 
     #[test]
     fn a_recorder_that_was_killed_is_named_where_a_file_was_asked_for() {
-        let path = std::env::temp_dir().join(format!("robocell-report-{}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
+        let base = tempfile::tempdir().unwrap();
+        let path = base.path().to_owned();
         let dir = RunDir::at(path.clone());
         let mut spec = RecordSpec {
             flight_dir: path.clone(),
@@ -89,13 +112,24 @@ mod tests {
         };
         let ended = |spec: &RecordSpec| {
             let mut summary = summary();
-            RecordWatch::default().end(&dir, spec, &mut summary);
+            RecordWatch::default().end(&dir, spec, Some(&mut summary));
             (failed(spec, &summary), summary)
         };
         assert!(!ended(&spec).0);
         spec.file = Some(path.join("run.mcap"));
         let (failed, summary) = ended(&spec);
-        assert!(failed && summary.record_error.unwrap().contains("run.mcap"));
+        let error = summary.record_error.unwrap();
+        assert!(failed && error.contains("run.mcap"), "{error}");
+        let said_without_summary = || {
+            let mut watch = RecordWatch::default();
+            watch.end(&dir, &spec, None);
+            watch.said
+        };
+        assert_eq!(said_without_summary(), None, "nothing ran");
+        std::fs::write(path.join("run.mcap"), "half").unwrap();
+        for said in [said_without_summary(), ended(&spec).1.record_error] {
+            assert!(said.unwrap().contains("is cut"));
+        }
         let mut report = RecordReport {
             gaps: 3,
             bytes: 9,

@@ -9,7 +9,9 @@
 //!   has waited since the last look but for the time it ran. Delay accounting of the kernel
 //!   would count the disk, and is off by default.
 //! - A main thread that sleeps may wait for a lock of another thread of the process, which
-//!   is of the normal class and starves: then what that thread could not do counts.
+//!   is of the normal class and starves: then what that thread could not do counts. So does
+//!   one that was asked to end and waits for its threads, such as the recorder, which writes
+//!   the index of its file.
 //! - What this thread did not look at counts for nobody. The run directory on a slow disk
 //!   holds the launcher and physics at once: when both work again, the process sleeps
 //!   until its next cycle, and its sign of life is a few milliseconds away.
@@ -37,6 +39,8 @@ pub(super) struct Running {
     pub(super) pid: u32,
     /// For how long it has given no sign of life (ns).
     pub(super) silence_ns: u64,
+    /// Whether it was asked to end.
+    pub(super) leaves: bool,
 }
 
 /// What the kernel said of each process at the last look.
@@ -60,7 +64,7 @@ impl Starvation {
         let gap_ns = now_ns.saturating_sub(self.turned_ns.replace(now_ns).unwrap_or(now_ns));
         let unseen_ns = gap_ns.saturating_sub(MAX_GAP_NS);
         let elapsed_ns = now_ns.saturating_sub(self.looked_ns);
-        let is_silent = |one: &Running| one.silence_ns >= SILENT_NS;
+        let is_silent = |one: &Running| one.leaves || one.silence_ns >= SILENT_NS;
         if unseen_ns == 0 && elapsed_ns < PERIOD_NS && !running.iter().any(is_silent) {
             return Vec::new();
         }
@@ -144,6 +148,7 @@ mod tests {
             generation: 1,
             pid: PHYSICS,
             silence_ns: silence_ms * MS,
+            leaves: false,
         }]
     }
 
@@ -205,5 +210,29 @@ mod tests {
         let hangs = (asleep(), vec![(WRITER, asleep())]);
         look(&mut starvation, 1015, 35, &hangs);
         assert_eq!(look(&mut starvation, 1020, 40, &hangs), 0);
+    }
+
+    #[test]
+    fn a_process_that_ends_is_starved_while_a_thread_that_it_waits_for_is() {
+        let mut starvation = Starvation::default();
+        // Its main thread waits for the recorder; it answers for no silence any more.
+        let leaving = [Running {
+            leaves: true,
+            ..silent(0)[0]
+        }];
+        let seen = |_: u32, all: bool| {
+            let recorder = all.then_some((WRITER, waiting()));
+            Some((asleep(), recorder.into_iter().collect()))
+        };
+        let mut starved_ns = 0;
+        for turn in 0..200 {
+            for event in starvation.look((1000 + 5 * turn) * MS, &leaving, seen) {
+                if let Event::Starved { ns, .. } = event {
+                    starved_ns += ns;
+                }
+            }
+        }
+        // All of the second but for the first look.
+        assert!(starved_ns >= 990 * MS, "{starved_ns}");
     }
 }

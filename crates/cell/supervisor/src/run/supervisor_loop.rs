@@ -194,6 +194,7 @@ impl<M: Machine> SupervisorLoop<M> {
                 generation: self.supervisor.generation(*process),
                 pid: self.machine.pid(*process)?,
                 silence_ns: self.supervisor.silence(*process),
+                leaves: self.supervisor.is_leaving(*process),
             })
         };
         let running: Vec<Running> = self.terms.processes.iter().filter_map(of).collect();

@@ -92,6 +92,13 @@ impl Supervisor {
         slot.map_or(0, Slot::silence)
     }
 
+    /// Whether `process` was asked to end, and has not ended.
+    pub fn is_leaving(&self, process: Process) -> bool {
+        let mut slots = self.slots.iter();
+        let slot = slots.find(|slot| slot.process == process);
+        slot.is_some_and(|slot| matches!(slot.state, Lifecycle::Leaving(_)))
+    }
+
     /// Which start of `process` is the newest; 0: none yet.
     pub fn generation(&self, process: Process) -> u32 {
         self.slots
