@@ -28,11 +28,6 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<(), Failure> {
     let shown = page::Page::new(&args.page)?;
     dir.save_page(shown.secrets())?;
     let page = shown.spec(&dir);
-    // Nothing else says the link of a recording, so it can be used again.
-    page::lines(&page, shown.secrets())
-        .into_iter()
-        .for_each(say::line);
-    say::line("Ctrl-C ends it.");
     let program = beside("monitor-proc")?;
     let mut command = Command::new(&program);
     command
@@ -53,7 +48,14 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<(), Failure> {
     if let Some(dist) = &page.dist {
         command.arg("--dist").arg(dist);
     }
-    let status = to_its_end(&mut command).cannot(format!("start {}", program.display()))?;
+    let tell = || {
+        // Nothing else says the link of a recording, so it can be used again.
+        let lines = page::lines(&page, shown.secrets());
+        lines.iter().for_each(say::line);
+        say::line("Ctrl-C ends it.");
+    };
+    let status = to_its_end(&mut command, || page::listens(&page), tell);
+    let status = status.cannot(format!("start {}", program.display()))?;
     std::fs::remove_dir_all(dir.path()).ok();
     drop(lock);
     if status.success() {
@@ -64,8 +66,14 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<(), Failure> {
     }
 }
 
-/// Runs the page's process until it ends, or Ctrl-C ends it.
-fn to_its_end(command: &mut Command) -> std::io::Result<ExitStatus> {
+/// Runs the page's process until it ends, or Ctrl-C ends it; calls `tell` as soon as it
+/// `listens`.
+fn to_its_end(
+    command: &mut Command,
+    listens: impl Fn() -> bool,
+    tell: impl FnOnce(),
+) -> std::io::Result<ExitStatus> {
+    let mut tell = Some(tell);
     // In a group of its own, so that Ctrl-C comes here: the files of the run are removed
     // after the server has ended.
     cell_rt::signal::install_stop_handler()?;
@@ -73,6 +81,12 @@ fn to_its_end(command: &mut Command) -> std::io::Result<ExitStatus> {
     loop {
         if let Some(status) = child.try_wait()? {
             return Ok(status);
+        }
+        if tell.is_some()
+            && listens()
+            && let Some(tell) = tell.take()
+        {
+            tell();
         }
         if cell_rt::signal::stop_requested() {
             cell_rt::process::kill(child.id(), cell_rt::process::SIGTERM).ok();

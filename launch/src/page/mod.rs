@@ -4,7 +4,8 @@ mod address;
 mod browser;
 pub(crate) mod dist;
 
-use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpStream};
+use std::time::Duration;
 
 use cell_model::runs::spec::{PageSecrets, PageSpec};
 use supervisor::failure::{Context, Failure};
@@ -51,6 +52,14 @@ impl Page {
     pub(crate) fn secrets(&self) -> &PageSecrets {
         &self.secrets
     }
+}
+
+/// An address of this machine answers at once.
+const CONNECT: Duration = Duration::from_millis(50);
+
+/// Whether a server listens at the address of `page`.
+pub(crate) fn listens(page: &PageSpec) -> bool {
+    TcpStream::connect_timeout(&reachable(page.address), CONNECT).is_ok()
 }
 
 /// The link to the page for operators; `None` when it cannot be read.
@@ -123,6 +132,21 @@ fn link_with(address: SocketAddr, token: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_page_listens_when_its_port_is_open() {
+        let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+        let page = PageSpec {
+            address: listener.local_addr().unwrap(),
+            host: None,
+            dist: None,
+            hint: String::new(),
+            secrets: "page.json".into(),
+        };
+        assert!(listens(&page));
+        drop(listener);
+        assert!(!listens(&page));
+    }
 
     #[test]
     fn who_listens_to_the_network_is_warned() {

@@ -10,16 +10,13 @@ use supervisor::run::plan::title;
 use supervisor::rundir::DEFAULT_CELL;
 
 use super::first_page;
+use crate::say;
 use crate::shell::quoted;
-use crate::{page, say};
 
-/// The run, its arms and the address of its page.
+/// The run and its arms.
 pub(super) fn announce(live: &LiveCell, about_arms: &[String]) {
     say::line(title(live.spec()));
     about_arms.iter().for_each(say::line);
-    if let (Some(page), Some(secrets)) = (&live.spec().page, live.secrets()) {
-        page::lines(page, secrets).iter().for_each(say::line);
-    }
 }
 
 /// ` --cell NAME` for commands about the cell; empty for the default name.

@@ -5,6 +5,7 @@ mod banner;
 mod first_page;
 mod narrator;
 pub(crate) mod one_process;
+mod page_link;
 pub(crate) mod plan;
 
 use cell_model::runs::spec::RecordSpec;
@@ -14,9 +15,10 @@ use supervisor::run::plan::Plan;
 use supervisor::run::{End, LiveCell, recording};
 
 use crate::cli::RunArgs;
-use crate::{output, page, say, shell};
+use crate::{output, say, shell};
 use first_page::PageWait;
 use narrator::Narrator;
+use page_link::PageLink;
 pub use plan::resolve;
 
 /// With `--loop`: from the end of the task to the next seed (ticks of 1 ms).
@@ -36,14 +38,12 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         let until_done = plan.spec.until_done;
         let record = plan.spec.record.clone();
         let waits_for_page = std::mem::take(&mut waits_for_page);
-        let mut turns = Turns::new(args, &plan, waits_for_page);
+        let link = PageLink::new(!args.json, std::mem::take(&mut open));
+        let mut turns = Turns::new(args, &plan, waits_for_page, link);
         let about_arms = std::mem::take(&mut plan.about_arms);
         let live = LiveCell::start(plan)?;
         if !args.json {
             banner::announce(&live, &about_arms);
-        }
-        if std::mem::take(&mut open) {
-            page::open(live.spec().page.as_ref());
         }
         let end = live.stay(|live| turns.look(live));
         match end {
@@ -65,6 +65,7 @@ struct Turns {
     greets: bool,
     talks: bool,
     loops: bool,
+    link: PageLink,
     narrator: Narrator,
     page_wait: Option<PageWait>,
     /// With `--loop`: the tick the task ended at.
@@ -72,12 +73,13 @@ struct Turns {
 }
 
 impl Turns {
-    fn new(args: &RunArgs, plan: &Plan, waits_for_page: bool) -> Self {
+    fn new(args: &RunArgs, plan: &Plan, waits_for_page: bool, link: PageLink) -> Self {
         let stays = plan.spec.time_limit_s.is_none();
         Self {
             greets: stays && !args.json,
             talks: stays && !args.json,
             loops: plan.loops,
+            link,
             narrator: Narrator::default(),
             page_wait: waits_for_page.then(PageWait::default),
             over_tick: None,
@@ -85,7 +87,9 @@ impl Turns {
     }
 
     fn look(&mut self, live: &mut LiveCell) {
-        if !live.is_ready() {
+        // The words below are about the link above.
+        let is_told = self.link.look(live);
+        if !live.is_ready() || !is_told {
             return;
         }
         if std::mem::take(&mut self.greets) {
