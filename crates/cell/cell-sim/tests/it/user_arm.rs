@@ -29,7 +29,9 @@ fn write_urdf(name: &str, mass: f64, joints: &[Joint<'_>]) -> PathBuf {
         .unwrap();
     }
     text.push_str("</robot>");
-    let dir = std::env::temp_dir().join(format!("robocell-user-arm-{}", std::process::id()));
+    // Of this robot alone: `cell` removes it.
+    let dir = format!("robocell-user-arm-{name}-{}", std::process::id());
+    let dir = std::env::temp_dir().join(dir);
     std::fs::create_dir_all(&dir).unwrap();
     let path = dir.join(format!("{name}.urdf"));
     std::fs::write(&path, text).unwrap();
@@ -41,10 +43,11 @@ fn cell(urdf: PathBuf) -> (Robot, OneProcess) {
     let mut spec = template("reach", "follow");
     spec.time_limit_s = Some(100.0);
     spec.robot = Some(RobotFiles {
-        urdf,
+        urdf: urdf.clone(),
         ..RobotFiles::default()
     });
     let cell = spec.load_cell_from(&Data::checkout()).unwrap();
+    std::fs::remove_dir_all(urdf.parent().unwrap()).unwrap();
     let robot = cell.arms[0].robot.clone();
     let sim = OneProcess::new(&demos::policies(), &spec, cell).unwrap();
     (robot, sim)

@@ -105,7 +105,8 @@ fn meshes_are_not_searched_for_and_said_to_be_missing_in_contact() {
          <link name='b'/><joint name='j' type='continuous'><parent link='a'/><child link='b'/>\
          </joint></robot>"
     );
-    let path = std::env::temp_dir().join(format!("robocell-mesh-{}.urdf", std::process::id()));
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("mesh.urdf");
     std::fs::write(&path, text).unwrap();
     let files = RobotFiles {
         urdf: path,
@@ -276,7 +277,8 @@ fn an_arm_whose_files_say_nothing_of_self_collision_keeps_away_from_itself() {
 #[test]
 fn an_object_lies_as_its_orientation_says_and_a_wrong_one_is_refused() {
     let cell = |extra: &str| {
-        let dir = std::env::temp_dir().join(format!("robocell-lying-{}", std::process::id()));
+        let dir = tempfile::tempdir().unwrap();
+        let dir = dir.path();
         std::fs::create_dir_all(dir.join("cells")).unwrap();
         let text = std::fs::read_to_string(Data::checkout_dir().join("cells/reach.toml")).unwrap();
         let object = "[[object]]\nname = \"tube\"\nshape = { kind = \"cylinder\", radius_m = 0.02, \
@@ -287,7 +289,7 @@ fn an_object_lies_as_its_orientation_says_and_a_wrong_one_is_refused() {
             format!("{text}\n{object}{extra}\n"),
         )
         .unwrap();
-        let data = Data::dir(&dir).with_robots_of(&Data::checkout());
+        let data = Data::dir(dir).with_robots_of(&Data::checkout());
         Cell::load(&data, "reach", 3, None)
     };
     let lying = cell("orientation_wxyz = [0.7071, 0.7071, 0.0, 0.0]").unwrap();

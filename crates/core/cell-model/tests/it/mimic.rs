@@ -47,10 +47,9 @@ fn refused(inner: &[&str]) -> String {
 
 /// Loads files of which the URDF has `text`.
 fn load(name: &str, text: &str, xrdf: Option<&str>) -> Result<Robot, cell_model::ModelError> {
-    let dir = std::env::temp_dir().join(format!("robocell-mimic-{}", std::process::id()));
-    std::fs::create_dir_all(&dir).unwrap();
+    let dir = tempfile::tempdir().unwrap();
     let write = |end: &str, text: &str| -> PathBuf {
-        let path = dir.join(format!("{name}.{end}"));
+        let path = dir.path().join(format!("{name}.{end}"));
         std::fs::write(&path, text).unwrap();
         path
     };

@@ -8,10 +8,8 @@ use cell_model::{Robot, RobotFiles};
 
 const TURN: &str = "<limit lower='-2' upper='2' velocity='1' effort='10'/>";
 
-fn file(name: &str, text: &str) -> PathBuf {
-    let dir = std::env::temp_dir().join(format!("robocell-movable-{}", std::process::id()));
-    std::fs::create_dir_all(&dir).unwrap();
-    let path = dir.join(name);
+fn file(dir: &tempfile::TempDir, name: &str, text: &str) -> PathBuf {
+    let path = dir.path().join(name);
     std::fs::write(&path, text).unwrap();
     path
 }
@@ -32,8 +30,9 @@ fn cart(limit: &str) -> String {
 }
 
 fn load(name: &str, text: &str, tip: Option<&str>) -> Robot {
+    let dir = tempfile::tempdir().unwrap();
     let files = RobotFiles {
-        urdf: file(&format!("{name}.urdf"), text),
+        urdf: file(&dir, &format!("{name}.urdf"), text),
         tip: tip.map(str::to_owned),
         ..RobotFiles::default()
     };
@@ -140,9 +139,10 @@ fn limits_of_motion_next_to_zero_are_named() {
 fn joints_of_an_xrdf_that_are_not_before_the_tip_are_named() {
     let xrdf = "format: xrdf\nformat_version: 1.0\ncspace: {joint_names: [spin], \
                 acceleration_limits: [10], jerk_limits: [500]}\ntool_frames: [hand]\n";
+    let dir = tempfile::tempdir().unwrap();
     let robot = Robot::from_files(&RobotFiles {
-        urdf: file("beside.urdf", &cart(TURN)),
-        xrdf: Some(file("beside.xrdf", xrdf)),
+        urdf: file(&dir, "beside.urdf", &cart(TURN)),
+        xrdf: Some(file(&dir, "beside.xrdf", xrdf)),
         ..RobotFiles::default()
     });
     assert_says(
@@ -156,9 +156,14 @@ fn a_tuning_without_pull_is_named() {
     let panda = cell_model::Data::checkout();
     let tuning = panda.read("robots/panda/panda_rmpflow.yaml").unwrap();
     let weak = tuning.replacen("accel_p_gain: ", "accel_p_gain: 0 # ", 1);
+    let dir = tempfile::tempdir().unwrap();
     let files = RobotFiles {
-        urdf: file("weak.urdf", &panda.read("robots/panda/panda.urdf").unwrap()),
-        rmpflow: Some(file("weak.yaml", &weak)),
+        urdf: file(
+            &dir,
+            "weak.urdf",
+            &panda.read("robots/panda/panda.urdf").unwrap(),
+        ),
+        rmpflow: Some(file(&dir, "weak.yaml", &weak)),
         ..RobotFiles::default()
     };
     assert_says(
