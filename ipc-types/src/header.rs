@@ -37,8 +37,8 @@ wire! {
         pub tick: u64,
         /// Simulated time of `tick` in nanoseconds.
         pub sim_time_ns: u64,
-        /// `CLOCK_MONOTONIC` at publication in nanoseconds; for latency figures
-        /// only, never for a result.
+        /// `CLOCK_MONOTONIC` at publication in nanoseconds; for latency figures, and to tell an
+        /// older message from one with a damaged number; never for a result.
         pub publish_ns: u64,
         /// What this message was computed from.
         pub inputs: [Input; MAX_INPUTS],

@@ -10,7 +10,7 @@
 //! generation looked like a successor, and the writer was ignored until it restarted.
 //!
 //! A change must not break: messages of a replaced port are never used, regardless of what they
-//! claim; one damaged header costs one message, not the writer. The port id comes from
+//! claim; a message is used once, and none after a later one; one damaged header costs one message, not the writer. The port id comes from
 //! the connection, not from the message.
 
 use ipc_types::Header;
@@ -45,6 +45,8 @@ struct Writer {
     /// Whether two messages in a row carried this generation: one alone may be damaged.
     confirmed: bool,
     seq: u64,
+    /// When the last message was published.
+    publish_ns: u64,
     /// Messages counted as late with the last one.
     gap: u64,
     /// A number that went back, and was taken for damaged.
@@ -58,6 +60,7 @@ impl Writer {
             generation: header.generation,
             confirmed: false,
             seq: header.seq,
+            publish_ns: header.publish_ns,
             gap: 0,
             went_back: None,
         }
@@ -168,6 +171,13 @@ impl Fence {
             self.counts.fenced += 1;
             return Admission::Drop;
         }
+        // Number and time both went back: it came again, or was overtaken. One alone is damaged.
+        if header.seq < writer.seq && header.publish_ns <= writer.publish_ns {
+            self.newest = Some(writer);
+            self.counts.fenced += 1;
+            return Admission::Drop;
+        }
+        writer.publish_ns = header.publish_ns;
         let missing = writer.advance(header.seq);
         let late = i128::from(self.counts.late) + missing;
         // Saturates: a damaged number can lead to more being taken back than was counted.
@@ -211,8 +221,30 @@ mod tests {
 
     /// Whether each message was used, given its port, generation and number.
     fn heard(fence: &mut Fence, messages: &[(u128, u32, u64)]) -> Vec<bool> {
-        let judged = messages.iter().map(|(port, generation, seq)| {
-            fence.judge(*port, &header(*generation, *seq), true) == Admission::Accept
+        let counts = fence.counts;
+        let before = counts.accepted + counts.rejected + counts.fenced;
+        // Published one after the other, whatever their numbers say.
+        let times = before + 1..;
+        let judged = messages.iter().zip(times);
+        let judged = judged.map(|((port, generation, seq), publish_ns)| {
+            let header = Header {
+                publish_ns,
+                ..header(*generation, *seq)
+            };
+            fence.judge(*port, &header, true) == Admission::Accept
+        });
+        judged.collect()
+    }
+
+    /// Whether messages of one writer, each published at the time that is its number, are used.
+    fn heard_in(order: &[u64]) -> Vec<bool> {
+        let mut fence = fence();
+        let judged = order.iter().map(|seq| {
+            let header = Header {
+                publish_ns: *seq,
+                ..header(1, *seq)
+            };
+            fence.judge(1, &header, true) == Admission::Accept
         });
         judged.collect()
     }
@@ -355,6 +387,32 @@ mod tests {
         let mut fence = fence();
         assert_eq!(heard(&mut fence, &[(1, 1, 1), (1, 1, 1)]), [true, false]);
         assert_eq!(fence.counts.fenced, 1);
+    }
+
+    #[test]
+    fn an_older_message_that_comes_again_or_late_is_not_used() {
+        for older in 1..=11 {
+            let used = heard_in(&[10, 11, older, 12, 13]);
+            assert_eq!(used, [true, true, false, true, true], "{older}");
+        }
+        assert_eq!(heard_in(&[10, 12, 11, 13]), [true, true, false, true]);
+        let used = heard_in(&[10, 13, 11, 12, 13, 14]);
+        assert_eq!(used, [true, true, false, false, false, true]);
+    }
+
+    #[test]
+    fn a_flipped_bit_in_the_time_of_a_message_costs_nothing() {
+        for bit in 0..u64::BITS {
+            let mut fence = fence();
+            let mut used = |seq, publish_ns| {
+                let header = Header {
+                    publish_ns,
+                    ..header(1, seq)
+                };
+                fence.judge(1, &header, true) == Admission::Accept
+            };
+            assert!(used(10, 10) && used(11, flipped(11, bit)) && used(12, 12));
+        }
     }
 
     #[test]
