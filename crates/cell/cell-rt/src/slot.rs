@@ -17,11 +17,13 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::shared::SharedWords;
 
+mod damage;
 mod layout;
 mod place;
 #[cfg(test)]
 mod tests;
 
+pub use damage::Flipped;
 use layout::{
     CHECKSUM, FILE_HEADER, Found, MAGIC, MAX_CAPACITY, MAX_SLOTS, SLOT_HEADER, checksum,
     slot_words, stores, words,
@@ -82,7 +84,12 @@ impl SlotFile {
             capacity,
             slots,
             next: 0,
-            damaged: matches!(found, Found::Damaged),
+            // Shorter slots than every start asks for are no layout of this build.
+            damaged: match found {
+                Found::Damaged => true,
+                Found::Ours(found) => found < capacity,
+                Found::Nothing => false,
+            },
         };
         // Found while the old content is still there: the caller reports lost records.
         if is_kept {

@@ -24,7 +24,7 @@ impl MemoryFile {
         Self { words, effects }
     }
 
-    fn words(&self) -> Arc<[AtomicU64]> {
+    pub(super) fn words(&self) -> Arc<[AtomicU64]> {
         // No store is half done by a panic, so a poisoned file is as good.
         self.words
             .lock()

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
-use super::layout::{MAX_CAPACITY, SLOT_HEADER};
+use super::layout::{FILE_HEADER, MAX_CAPACITY, SLOT_HEADER};
 use super::place::grown;
 use super::{MemoryFile, SlotFile};
 use crate::effects::Effects;
@@ -79,6 +79,61 @@ fn a_record_that_was_being_written_gives_way_to_the_one_before() {
         victim.store(whole, Ordering::Relaxed);
     }
     assert_eq!(file.newest(), Some((2, vec![2; 64])));
+}
+
+#[test]
+fn every_changed_bit_of_a_record_gives_way_to_the_one_before_and_is_reported() {
+    // Up to records of some blocks of a checksum that is computed by blocks.
+    for length in [1, 7, 8, 9, 64, 1_000] {
+        let place = MemoryFile::default();
+        let open = || SlotFile::in_memory(&place, 1_000, 2).unwrap();
+        let record = |seed: u8| -> Vec<u8> { (seed..=u8::MAX).cycle().take(length).collect() };
+        let mut file = open();
+        file.write(1, &record(1)).unwrap();
+        file.write(2, &record(2)).unwrap();
+        let slot = file.newest_slot().unwrap().0;
+        for bit in 0..64 * SLOT_HEADER + 8 * length {
+            let victim = &file.slot(slot)[bit / 64];
+            victim.fetch_xor(1 << (bit % 64), Ordering::Relaxed);
+            let found = open();
+            assert_eq!(found.newest(), Some((1, record(1))), "{length}: bit {bit}");
+            assert!(found.was_damaged(), "{length}: bit {bit}");
+            victim.fetch_xor(1 << (bit % 64), Ordering::Relaxed);
+        }
+        assert_eq!(open().newest(), Some((2, record(2))));
+        assert!(!open().was_damaged());
+    }
+}
+
+#[test]
+fn every_changed_bit_of_the_head_that_costs_records_is_reported() {
+    for bit in 0..64 * FILE_HEADER {
+        let place = MemoryFile::default();
+        // A length that has a shorter one with one bit less.
+        let open = || SlotFile::in_memory(&place, 100, 2).unwrap();
+        open().write(1, &[1; 64]).unwrap();
+        place.words()[bit / 64].fetch_xor(1 << (bit % 64), Ordering::Relaxed);
+        let found = open();
+        let is_there = found.newest() == Some((1, vec![1; 64]));
+        assert!(is_there != found.was_damaged(), "bit {bit}");
+    }
+}
+
+#[test]
+fn a_bit_that_is_flipped_by_a_draw_costs_a_record_and_is_reported() {
+    for draw in 0..200 {
+        let place = MemoryFile::default();
+        let open = || SlotFile::in_memory(&place, 20, 3).unwrap();
+        assert!(place.flip(draw).is_none(), "without a record");
+        open().write(1, &[1; 20]).unwrap();
+        assert!(!open().was_damaged());
+        let flipped = place.flip(draw << 30 | draw).unwrap();
+        assert!(place.still_has(&flipped));
+        let mut file = open();
+        assert!(file.was_damaged() && file.newest().is_none(), "{draw}");
+        file.clear();
+        file.write(1, &[1; 20]).unwrap();
+    }
 }
 
 #[test]
