@@ -42,7 +42,7 @@ pub use error::{BusError, PublishError, RequestError};
 pub use fence::Counts;
 pub use gate::Gate;
 pub use keeper::Keeper;
-pub use memory::MemorySite;
+pub use memory::{Disturbance, Kept, MemorySite};
 pub use message::TopicMessage;
 pub use operator::{Answered, OperatorClient, OperatorServer, PendingReply};
 pub use publisher::Publisher;

@@ -12,6 +12,7 @@ use std::time::Duration;
 
 use cell_rt::{Clock, Effects};
 use ipc_types::header::Message;
+use ipc_types::topic::TopicId;
 
 use crate::bell::{Ring, Sleep};
 use crate::error::BusError;
@@ -19,16 +20,27 @@ use crate::factory::Limits;
 use crate::operator::{Ask, Serve};
 use crate::qos;
 
+mod cut;
+mod disturbance;
 mod operator;
+#[cfg(test)]
+mod tests;
 mod topic;
 
+use cut::Cut;
+pub use cut::Kept;
+pub use disturbance::Disturbance;
 use operator::Exchange;
 use topic::{Inlet, Outlet, Topic};
 
 /// Topics, doorbells and requests of one run, and its virtual time. Its clones are the same
 /// site.
 #[derive(Clone, Debug)]
-pub struct MemorySite(Rc<Inner>);
+pub struct MemorySite {
+    inner: Rc<Inner>,
+    /// Whether readers that are opened here get every message as it was sent.
+    is_faithful: bool,
+}
 
 #[derive(Debug)]
 struct Inner {
@@ -37,11 +49,14 @@ struct Inner {
     requests: Rc<Exchange>,
     now_ns: Rc<Cell<u64>>,
     effects: Effects,
+    cut: Rc<Cut>,
 }
 
 #[derive(Debug)]
 struct Entry {
     limits: Limits,
+    /// What happens to the next message.
+    disturbance: Rc<Cell<Option<Disturbance>>>,
     /// A [`Topic`] of the type that was opened first.
     topic: Option<Rc<dyn Any>>,
 }
@@ -53,27 +68,65 @@ impl MemorySite {
             let limits = Limits::of(topic);
             let entry = Entry {
                 limits,
+                disturbance: Rc::default(),
                 topic: None,
             };
             (topic.service(), entry)
         });
-        Self(Rc::new(Inner {
+        let now_ns = Rc::default();
+        let inner = Rc::new(Inner {
             topics: RefCell::new(topics.collect()),
             bells: RefCell::default(),
             requests: Rc::default(),
-            now_ns: Rc::default(),
+            cut: Rc::new(Cut::new(&now_ns)),
+            now_ns,
             effects: Effects::default(),
-        }))
+        });
+        Self {
+            inner,
+            is_faithful: false,
+        }
+    }
+
+    /// The same site for a reader that sees what was sent, whatever happens to it on its way.
+    pub fn faithful(&self) -> Self {
+        Self {
+            is_faithful: true,
+            ..self.clone()
+        }
+    }
+
+    /// Lets `disturbance` happen to the next message on `topic`; false where no port of it was
+    /// opened.
+    pub fn disturb(&self, topic: TopicId, disturbance: Disturbance) -> bool {
+        let topics = self.inner.topics.borrow();
+        let entry = topics.get(&topic.service());
+        let entry = entry.filter(|entry| entry.topic.is_some());
+        entry.is_some_and(|entry| {
+            entry.disturbance.set(Some(disturbance));
+            true
+        })
+    }
+
+    /// Interrupts the turn that follows after `effects` messages, rings and replies: the clock
+    /// advances by `gap_ns`, and what it sends then is kept for [`Self::end_cut`].
+    pub fn cut_after(&self, effects: u64, gap_ns: u64) {
+        self.inner.cut.begin(effects, gap_ns);
+    }
+
+    /// The turn is over; what it did after its interruption, to let happen later.
+    pub fn end_cut(&self) -> Vec<Kept> {
+        self.inner.cut.end()
     }
 
     /// Sets the time of the clock, which stamps messages.
     pub fn set_now_ns(&self, now_ns: u64) {
-        self.0.now_ns.set(now_ns);
+        self.inner.now_ns.set(now_ns);
     }
 
     /// What its processes may still do.
     pub fn effects(&self) -> &Effects {
-        &self.0.effects
+        &self.inner.effects
     }
 
     pub(crate) fn outlet<T: Message>(&self, name: &str) -> Result<Outlet<T>, BusError> {
@@ -81,18 +134,18 @@ impl MemorySite {
     }
 
     pub(crate) fn inlet<T: Message>(&self, name: &str) -> Result<Inlet<T>, BusError> {
-        Ok(Inlet::new(self.topic(name)?))
+        Ok(Inlet::new(self.topic(name)?, self.is_faithful))
     }
 
     fn topic<T: Message>(&self, name: &str) -> Result<Rc<Topic<T>>, BusError> {
-        let mut topics = self.0.topics.borrow_mut();
+        let mut topics = self.inner.topics.borrow_mut();
         let entry = topics.get_mut(name).ok_or_else(|| BusError::Open {
             service: name.to_owned(),
             reason: "the model has no such topic".to_owned(),
             waited_ms: 0,
         })?;
-        let limits = entry.limits;
-        let new = || Rc::new(Topic::<T>::new(limits)) as Rc<dyn Any>;
+        let (limits, disturbance) = (entry.limits, entry.disturbance.clone());
+        let new = || Rc::new(Topic::<T>::new(limits, disturbance)) as Rc<dyn Any>;
         let topic = entry.topic.get_or_insert_with(new).clone();
         topic.downcast().map_err(|_| BusError::Version {
             service: name.to_owned(),
@@ -110,11 +163,12 @@ impl MemorySite {
     }
 
     fn bell(&self, name: &str) -> Rc<Bell> {
-        let mut bells = self.0.bells.borrow_mut();
+        let mut bells = self.inner.bells.borrow_mut();
         let new = || {
             Rc::new(Bell {
                 rang: Cell::default(),
-                effects: self.0.effects.clone(),
+                effects: self.inner.effects.clone(),
+                cut: self.inner.cut.clone(),
             })
         };
         bells.entry(name.to_owned()).or_insert_with(new).clone()
@@ -122,19 +176,19 @@ impl MemorySite {
 
     pub(crate) fn ask(&self) -> Box<dyn Ask> {
         Box::new(operator::Client::new(
-            &self.0.requests,
-            self.0.now_ns.clone(),
+            &self.inner.requests,
+            self.inner.now_ns.clone(),
         ))
     }
 
     pub(crate) fn serve(&self) -> Box<dyn Serve> {
-        Box::new(operator::Server::new(&self.0.requests, self))
+        Box::new(operator::Server::new(&self.inner.requests, self))
     }
 }
 
 impl Clock for MemorySite {
     fn now_ns(&self) -> u64 {
-        self.0.now_ns.get()
+        self.inner.now_ns.get()
     }
 }
 
@@ -143,12 +197,14 @@ struct Bell {
     /// Since the last look.
     rang: Cell<bool>,
     effects: Effects,
+    cut: Rc<Cut>,
 }
 
 impl Ring for Rc<Bell> {
     fn ring(&self) -> bool {
         if self.effects.happens() {
-            self.rang.set(true);
+            let bell = self.clone();
+            self.cut.pass(move || bell.rang.set(true));
         }
         true
     }

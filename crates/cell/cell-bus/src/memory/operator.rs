@@ -108,7 +108,12 @@ impl Serve for Server {
             };
             let reply = answer(&call.request);
             if self.site.effects().happens() {
-                place.set(reply);
+                let cut = &self.site.inner.cut;
+                // The client loses its request with the reply.
+                cut.pass(move || {
+                    place.set(reply);
+                    drop(call);
+                });
             }
             return Some(reply.is_some());
         }

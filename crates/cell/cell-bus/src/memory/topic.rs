@@ -8,6 +8,7 @@ use cell_rt::Clock as _;
 use ipc_types::header::Message;
 
 use super::MemorySite;
+use super::disturbance::{Disturbance, damaged};
 use crate::error::PublishError;
 use crate::factory::Limits;
 use crate::reader::{self, NoConnection};
@@ -17,6 +18,8 @@ use crate::writer::{self, Loan};
 #[derive(Debug)]
 pub(super) struct Topic<T> {
     limits: Limits,
+    /// What happens to the next message.
+    disturbance: Rc<Cell<Option<Disturbance>>>,
     readers: RefCell<Vec<Weak<Inbox<T>>>>,
     writers: Cell<usize>,
     /// Writers so far, each of which has the number as its id.
@@ -24,9 +27,10 @@ pub(super) struct Topic<T> {
 }
 
 impl<T> Topic<T> {
-    pub(super) fn new(limits: Limits) -> Self {
+    pub(super) fn new(limits: Limits, disturbance: Rc<Cell<Option<Disturbance>>>) -> Self {
         Self {
             limits,
+            disturbance,
             readers: RefCell::default(),
             writers: Cell::new(0),
             opened: Cell::new(0),
@@ -34,8 +38,14 @@ impl<T> Topic<T> {
     }
 }
 
-/// Messages that wait for a reader, by writer.
-type Inbox<T> = RefCell<Vec<Queue<T>>>;
+/// Messages that wait for a reader.
+#[derive(Debug)]
+struct Inbox<T> {
+    /// By writer.
+    queues: RefCell<Vec<Queue<T>>>,
+    /// Whether it gets every message as it was sent.
+    is_faithful: bool,
+}
 
 #[derive(Debug)]
 struct Queue<T> {
@@ -65,6 +75,8 @@ struct Connections<T> {
     id: u128,
     history: RefCell<VecDeque<Rc<T>>>,
     readers: RefCell<Vec<Weak<Inbox<T>>>>,
+    /// Messages on their way, and how many newer ones come before each.
+    held: RefCell<Vec<(u32, Rc<T>)>>,
     /// Places of messages; one without another owner is free.
     places: RefCell<Vec<Rc<T>>>,
 }
@@ -80,6 +92,7 @@ impl<T: Message> Outlet<T> {
             id,
             history: RefCell::default(),
             readers: RefCell::default(),
+            held: RefCell::default(),
             places: RefCell::default(),
         }))
     }
@@ -104,24 +117,59 @@ impl<T> Connections<T> {
             for message in self.history.borrow().iter() {
                 push(&mut queue.messages, message, self.topic.limits.depth);
             }
-            inbox.borrow_mut().push(queue);
+            inbox.queues.borrow_mut().push(queue);
             known.push(reader.clone());
         }
     }
 
-    fn send(&self, message: &Rc<T>) {
-        if !self.site.effects().happens() {
-            return;
-        }
-        self.update();
-        let limits = self.topic.limits;
-        for reader in self.readers.borrow().iter().filter_map(Weak::upgrade) {
-            for queue in reader.borrow_mut().iter_mut() {
+    /// Puts `message` into the queues of readers: those that get what was sent, or the others.
+    fn deliver(&self, message: &Rc<T>, is_faithful: bool) {
+        let depth = self.topic.limits.depth;
+        let readers = self.readers.borrow();
+        let readers = readers.iter().filter_map(Weak::upgrade);
+        for reader in readers.filter(|reader| reader.is_faithful == is_faithful) {
+            for queue in reader.queues.borrow_mut().iter_mut() {
                 if queue.writer == self.id {
-                    push(&mut queue.messages, message, limits.depth);
+                    push(&mut queue.messages, message, depth);
                 }
             }
         }
+    }
+
+    /// Delivers what had to wait for the message that was sent.
+    fn deliver_held(&self) {
+        let mut held = self.held.borrow_mut();
+        for (after, _) in held.iter_mut() {
+            *after = after.saturating_sub(1);
+        }
+        for (_, message) in held.extract_if(.., |(after, _)| *after == 0) {
+            self.deliver(&message, false);
+        }
+    }
+}
+
+impl<T: Message> Connections<T> {
+    fn send(&self, message: &Rc<T>) {
+        self.update();
+        self.deliver(message, true);
+        match self.topic.disturbance.take() {
+            None => self.deliver(message, false),
+            Some(Disturbance::Damage { draw }) => {
+                let damaged = damaged(message.as_ref(), draw).map(Rc::new);
+                self.deliver(damaged.as_ref().unwrap_or(message), false);
+            }
+            Some(Disturbance::Again { after }) => {
+                self.deliver(message, false);
+                self.held.borrow_mut().push((after + 1, message.clone()));
+            }
+            Some(Disturbance::Late { after }) => {
+                self.held.borrow_mut().push((after + 1, message.clone()));
+            }
+        }
+        if !self.held.borrow().is_empty() {
+            self.deliver_held();
+        }
+        let limits = self.topic.limits;
         push(&mut self.history.borrow_mut(), message, limits.history);
     }
 }
@@ -170,7 +218,11 @@ impl<T: Message> Loan<T> for Sheet<T> {
     }
 
     fn send(self) -> Result<(), PublishError> {
-        self.connections.send(&self.message);
+        let site = &self.connections.site;
+        if site.effects().happens() {
+            let (connections, message) = (self.connections.clone(), self.message.clone());
+            site.inner.cut.pass(move || connections.send(&message));
+        }
         let mut places = self.connections.places.borrow_mut();
         if places.len() < PLACES {
             places.push(self.message);
@@ -189,8 +241,11 @@ pub(crate) struct Inlet<T> {
 }
 
 impl<T: Message> Inlet<T> {
-    pub(super) fn new(topic: Rc<Topic<T>>) -> Self {
-        let inbox = Rc::default();
+    pub(super) fn new(topic: Rc<Topic<T>>, is_faithful: bool) -> Self {
+        let inbox = Rc::new(Inbox {
+            queues: RefCell::default(),
+            is_faithful,
+        });
         let mut readers = topic.readers.borrow_mut();
         readers.retain(|reader| reader.strong_count() > 0);
         readers.push(Rc::downgrade(&inbox));
@@ -208,7 +263,7 @@ impl<T: Message> reader::Inlet for Inlet<T> {
     type Sample = Rc<T>;
 
     fn receive(&mut self) -> Result<Option<(u128, Rc<T>)>, NoConnection> {
-        let mut inbox = self.inbox.borrow_mut();
+        let mut inbox = self.inbox.queues.borrow_mut();
         if let [only] = inbox.as_mut_slice() {
             let message = only.messages.pop_front();
             return Ok(message.map(|message| (only.writer, message)));
