@@ -65,6 +65,8 @@ impl<C: Clock, S: Store> PhysicsProcess<C, S> {
                 // A reset shows although time does not pass: a client of an arm starts from it.
                 if std::mem::take(&mut answers.has_news) {
                     self.publish();
+                    // It may be announced as saved: the next tick is another state.
+                    self.keep();
                 }
                 answers.slept_for = missing;
                 self.awaits = Await::Answers(answers);

@@ -30,7 +30,7 @@ use ipc_types::{OperatorReply, OperatorRequest};
 
 use crate::plant::{Plant, has_effect};
 use due::{Due, MAX_LOST_TICKS};
-use requests::{RECORD_BYTES, REQUESTS, Requests};
+use requests::{FILE as FILE_OF_REQUESTS, RECORD_BYTES, REQUESTS, Requests};
 pub use store::Store;
 use writer::Writer;
 
@@ -114,6 +114,10 @@ impl<S: Store> Resume<S> {
         let missing = repeated.map_or(0, |requests| requests.repeat(plant));
         if lost.is_empty() && missing > 0 {
             lost = format!("{missing} requests of people; ask again");
+        }
+        // The newest of them may be the one that is damaged: no number shows that it is missing.
+        if lost.is_empty() && repeated.is_some_and(Requests::are_damaged) {
+            lost = format!("requests of people in {FILE_OF_REQUESTS}, which is damaged; ask again");
         }
         if !lost.is_empty() {
             cell_worker::warn(format_args!("lost: {lost}"));

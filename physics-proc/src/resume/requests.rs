@@ -10,7 +10,7 @@ use ipc_types::{OperatorRequest, Wire};
 use crate::plant::Plant;
 
 /// Name of the file in the run directory.
-const FILE: &str = "physics.requests";
+pub(super) const FILE: &str = "physics.requests";
 /// Capacity in requests: more than a page sends between two saved states (60 Hz for 1 s at
 /// most). Requests beyond it are reported as lost.
 pub(super) const REQUESTS: usize = 64;
@@ -34,6 +34,11 @@ impl Requests {
     /// As [`Self::open`], for a `file` with room for [`REQUESTS`] of [`RECORD_BYTES`].
     pub(super) fn of(file: SlotFile, run: u64) -> Self {
         Self { file, run }
+    }
+
+    /// Whether records of the process before are lost, because its file is damaged.
+    pub(super) fn are_damaged(&self) -> bool {
+        self.file.was_damaged()
     }
 
     /// Records that `request` was accepted with this number. It makes no system call and no

@@ -230,6 +230,30 @@ fn requests_that_do_not_fit_are_reported_as_lost() {
 }
 
 #[test]
+fn every_damaged_word_of_the_newest_request_is_reported() {
+    // The head of the file and of the record, and the record.
+    let words = 2 + 3 + RECORD_BYTES.div_ceil(8) as u64;
+    for word in (0..words).step_by(3) {
+        let (store, requests) = (MemoryStore::default(), MemoryFile::default());
+        let start = |was_one| {
+            let mut plant = plant();
+            let file = SlotFile::in_memory(&requests, RECORD_BYTES, REQUESTS);
+            let file = file.map(|file| Requests::of(file, RUN));
+            let resume = Resume::with(store.clone(), file, RUN, was_one, &mut plant);
+            Physics::with(plant, resume)
+        };
+        let mut first = start(false);
+        first.run_to(15);
+        first.ask(OperatorAction::TaskPause, 0);
+        drop(first);
+        requests.flip(word).unwrap();
+        let second = start(true);
+        let lost = second.resume.lost(second.tick());
+        assert!(lost.contains("requests of people"), "word {word}: {lost}");
+    }
+}
+
+#[test]
 fn a_breakpoint_that_was_reached_does_not_pause_again_after_a_restart() {
     let place = Place::new("break");
     let mut first = place.start(false);
