@@ -56,6 +56,8 @@ pub struct Summary {
     pub schedules: u64,
     /// Simulated time (s).
     pub simulated_s: f64,
+    /// Processor time (s).
+    pub processor_s: f64,
     /// Simulated seconds by seconds of processor time.
     pub x_real_time: f64,
     /// Hash over all runs, in the order of their seeds.
@@ -160,6 +162,7 @@ fn summarise(
     let is_missing = |name: &&&str| !reached.named.contains(**name);
     summary.not_reached = NAMED.iter().filter(is_missing).copied().collect();
     summary.digest = format!("{:016x}", digest.finish());
+    summary.processor_s = busy.as_secs_f64();
     summary.x_real_time = summary.simulated_s / busy.as_secs_f64().max(1.0e-9);
     let names = Fault::KINDS.iter().zip(drawn);
     summary.faults = names
@@ -199,11 +202,12 @@ pub fn examine(plan: &Plan) -> Result<Outcome, String> {
     Ok(outcome)
 }
 
-/// Whether all faults are kills of the task or of the monitor. A new controller starts where the
-/// arm is, so its motion differs by a little.
+/// Whether all faults are kills of the task or of the monitor, repeated messages or interrupted
+/// turns. A new controller starts where the arm is, so its motion differs by a little.
 fn leaves_motion(plan: &Plan) -> bool {
     let is_other = |fault: &Fault| match fault {
         Fault::Kill { process, .. } => process == "task" || process == "monitor",
+        Fault::Repeat { .. } | Fault::Preempt { .. } => true,
         _ => false,
     };
     let are_others = plan.faults.iter().all(|timed| is_other(&timed.fault));

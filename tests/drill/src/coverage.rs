@@ -18,7 +18,7 @@ use crate::plan::noise;
 pub const BITS: u64 = 1 << 16;
 
 /// States that a batch of some thousand plans has to reach.
-pub const NAMED: [&str; 22] = [
+pub const NAMED: [&str; 23] = [
     "an arm holds for want of decisions",
     "physics brakes for want of commands",
     "drives have no power",
@@ -41,6 +41,7 @@ pub const NAMED: [&str; 22] = [
     "a state is not saved",
     "a process ended with an error",
     "the run is given up",
+    "a process starts on a damaged file",
 ];
 
 /// What a run reached.
@@ -142,6 +143,7 @@ impl Coverage {
                     self.now.told = 1 + kind as u64;
                 }
             }
+            News::Meets(..) => self.name(22, true),
             News::Spawned(..) | News::Signalled(..) | News::Stopped(..) | News::Disturbed(_) => {}
         }
     }

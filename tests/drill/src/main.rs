@@ -193,14 +193,13 @@ fn planted_bugs(bugs: &str, minutes: f64) -> Result<bool, String> {
     } else {
         range(bugs)?
     };
+    let mut bugs = planted::all()?;
+    bugs.retain(|(number, _)| wanted.contains(&u64::from(*number)));
     let mut all_found = true;
-    for (number, bug) in planted::all()? {
-        if wanted.contains(&u64::from(number)) {
-            let found = bug.search(&number.to_string(), minutes)?;
-            all_found &= found.found;
-            print_json(&found)?;
-        }
-    }
+    planted::search_all(&bugs, minutes, |found| {
+        all_found &= found.found;
+        print_json(&found)
+    })?;
     Ok(all_found)
 }
 

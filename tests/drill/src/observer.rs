@@ -24,7 +24,7 @@ impl Observer {
     /// When the bus has no such topics.
     pub(crate) fn new(model: &Shared) -> Result<Self, BusError> {
         let model = model.borrow();
-        let bus = model.bus(1);
+        let bus = model.faithful_bus();
         let arm = |arm| {
             let status = bus.subscriber(TopicId::ArmStatus(arm))?;
             Ok((status, bus.subscriber(TopicId::ArmCommand(arm))?))

@@ -2,11 +2,15 @@
 
 use cell_model::runs::spec::{RecordSpec, RunSpec, Speed};
 use ipc_types::operator::OperatorAction;
-use ipc_types::topic::Process;
+use ipc_types::topic::{Process, TopicId};
 use ipc_types::{OperatorRequest, Pose, Wire};
 use serde::{Deserialize, Serialize};
 
 use crate::scene::Scene;
+
+mod fault;
+
+pub use fault::Fault;
 
 /// Nanoseconds in a millisecond.
 pub const MS: u64 = 1_000_000;
@@ -112,148 +116,6 @@ pub struct Timed {
     pub fault: Fault,
 }
 
-/// A cause of failure.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "fault", rename_all = "snake_case")]
-pub enum Fault {
-    /// SIGKILL; with `effect` in its next turn, after so many effects of that turn.
-    Kill {
-        /// Its name.
-        process: String,
-        /// See [`cell_rt::Effects`].
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        effect: Option<u64>,
-    },
-    /// SIGSTOP for some time.
-    Stop {
-        /// Its name.
-        process: String,
-        /// How long.
-        for_ms: u64,
-    },
-    /// It gets no core for some time.
-    Starve {
-        /// Its name.
-        process: String,
-        /// How long.
-        for_ms: u64,
-    },
-    /// Each of its turns takes longer for some time, as on a core that it shares with many.
-    Busy {
-        /// Its name.
-        process: String,
-        /// How long.
-        for_ms: u64,
-        /// Time of a turn (us).
-        turn_us: u64,
-    },
-    /// It runs in a circle: it has a core, and no turn of it ends.
-    Hang {
-        /// Its name.
-        process: String,
-    },
-    /// A person restarts it.
-    Restart {
-        /// Its name.
-        process: String,
-    },
-    /// No room in shared memory, and no write to the disk succeeds.
-    Full {
-        /// How long.
-        for_ms: u64,
-    },
-    /// Writes of states of physics take longer.
-    SlowDisk {
-        /// How long this lasts.
-        for_ms: u64,
-        /// Time of one write.
-        write_ms: u64,
-    },
-    /// The next start of a process ends with exit code 1.
-    FailedStart {
-        /// Its name.
-        process: String,
-    },
-    /// The next start of a process takes longer.
-    SlowStart {
-        /// Its name.
-        process: String,
-        /// How long it takes.
-        for_ms: u64,
-    },
-    /// The launcher is not scheduled.
-    Launcher {
-        /// How long.
-        for_ms: u64,
-    },
-}
-
-impl Fault {
-    /// Names of all kinds.
-    pub const KINDS: [&str; 11] = [
-        "kill",
-        "stop",
-        "starve",
-        "full",
-        "slow_disk",
-        "failed_start",
-        "slow_start",
-        "launcher",
-        "busy",
-        "hang",
-        "restart",
-    ];
-
-    /// The process that it is about.
-    pub fn process(&self) -> Option<&str> {
-        match self {
-            Self::Kill { process, .. }
-            | Self::Stop { process, .. }
-            | Self::Starve { process, .. }
-            | Self::Busy { process, .. }
-            | Self::Hang { process }
-            | Self::Restart { process }
-            | Self::FailedStart { process }
-            | Self::SlowStart { process, .. } => Some(process),
-            Self::Full { .. } | Self::SlowDisk { .. } | Self::Launcher { .. } => None,
-        }
-    }
-
-    /// How long it lasts (ms).
-    pub fn length_ms(&self) -> u64 {
-        match self {
-            Self::Kill { .. }
-            | Self::FailedStart { .. }
-            | Self::Hang { .. }
-            | Self::Restart { .. } => 0,
-            Self::Stop { for_ms, .. }
-            | Self::Starve { for_ms, .. }
-            | Self::Full { for_ms }
-            | Self::SlowDisk { for_ms, .. }
-            | Self::SlowStart { for_ms, .. }
-            | Self::Busy { for_ms, .. }
-            | Self::Launcher { for_ms } => *for_ms,
-        }
-    }
-
-    /// Place of its kind in [`Self::KINDS`].
-    pub fn kind(&self) -> usize {
-        match self {
-            Self::Kill { .. } => 0,
-            Self::Stop { .. } => 1,
-            Self::Starve { .. } => 2,
-            Self::Full { .. } => 3,
-            Self::SlowDisk { .. } => 4,
-            Self::FailedStart { .. } => 5,
-            Self::SlowStart { .. } => 6,
-            Self::Launcher { .. } => 7,
-            Self::Busy { .. } => 8,
-            Self::Hang { .. } => 9,
-            Self::Restart { .. } => 10,
-        }
-    }
-}
-
 impl Plan {
     /// The run file of its processes.
     ///
@@ -304,6 +166,27 @@ pub fn ticks(seconds: f64) -> u64 {
 pub fn process(name: &str, arms: u8) -> Option<Process> {
     let all = Process::all(arms);
     all.into_iter().find(|process| process.name() == name)
+}
+
+/// Names of the topics of a cell of `arms` arms whose messages may be damaged or repeated.
+pub fn topics(arms: u8) -> Vec<(String, TopicId)> {
+    let mut topics = vec![
+        ("state".to_owned(), TopicId::WorldState),
+        ("decision".to_owned(), TopicId::Decision),
+    ];
+    for arm in 0..arms {
+        topics.push((format!("command-{arm}"), TopicId::ArmCommand(arm)));
+        topics.push((format!("status-{arm}"), TopicId::ArmStatus(arm)));
+    }
+    let health = |of: Process| (format!("health-{}", of.name()), TopicId::Health(of));
+    topics.extend(Process::all(arms).into_iter().map(health));
+    topics
+}
+
+/// The topic with this name.
+pub fn topic(name: &str, arms: u8) -> Option<TopicId> {
+    let mut all = topics(arms).into_iter();
+    all.find(|(of, _)| of == name).map(|(_, topic)| topic)
 }
 
 /// A number that depends on nothing but its arguments: removing an event from a plan leaves all

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use cell_bus::Disturbance;
 use ipc_types::topic::Process;
 use supervisor::run::supervisor_loop::{SupervisorLoop, Terms, Verdict};
 use supervisor::supervision::Rules;
@@ -237,6 +238,27 @@ impl Run<'_> {
             Fault::Launcher { for_ms } => {
                 self.launcher_ns = self.launcher_ns.max(until(*for_ms));
                 true
+            }
+            Fault::DamageFile { file, draw } => model.damage_file(file, *draw),
+            Fault::CutWrite { steps } => {
+                model.cut_write(*steps);
+                model.exists(Process::Physics)
+            }
+            Fault::Preempt {
+                process: of,
+                for_ms,
+                gap_us,
+            } => {
+                process(of, arms).is_some_and(|of| model.preempt(of, gap_us * 1000, until(*for_ms)))
+            }
+            Fault::Damage { topic, draw } => {
+                model.disturb(topic, Disturbance::Damage { draw: *draw })
+            }
+            Fault::Repeat { topic, after } => {
+                model.disturb(topic, Disturbance::Again { after: *after })
+            }
+            Fault::Late { topic, after } => {
+                model.disturb(topic, Disturbance::Late { after: *after })
             }
         }
     }

@@ -45,7 +45,9 @@ impl Check for Physics {
                 self.said |= line.contains("lost") || line.contains("is not saved");
             }
             Seen::Health(Process::Physics, health) => self.warned |= health.fault().is_some(),
-            Seen::Fault(Fault::Full { .. } | Fault::SlowDisk { .. }) => self.had_disk_fault = true,
+            Seen::Fault(Fault::Full { .. } | Fault::SlowDisk { .. } | Fault::DamageFile { .. }) => {
+                self.had_disk_fault = true
+            }
             Seen::State(state) => return self.state(state),
             _ => {}
         }
@@ -112,6 +114,8 @@ struct Saved {
     generation: u32,
     /// Ticks of the newest state, of the one that was saved, and of the one that was being saved.
     ticks: [u64; 3],
+    /// Tick of the newest state, which physics found damaged.
+    damaged: Option<u64>,
 }
 
 impl Check for Saved {
@@ -120,17 +124,26 @@ impl Check for Saved {
     }
 
     fn see(&mut self, moment: &Moment<'_>) -> Verdict {
+        if let Seen::News(News::Meets(Process::Physics, "physics.state", tick)) = moment.seen {
+            self.damaged = Some(*tick);
+        }
         let Seen::State(state) = moment.seen else {
             return Ok(());
         };
         let generation = state.header.generation;
         let is_new = std::mem::replace(&mut self.generation, generation) != generation;
+        let damaged = self.damaged.take_if(|_| is_new);
         let ticks = [state.header.tick, state.saved_tick, state.saving_tick];
         let [tick, saved, saving] = std::mem::replace(&mut self.ticks, ticks);
         let resumed = state.resumed_tick;
         // The next tick may have been saved before it was published.
         let is_saved = [saved, saving, tick + 1].contains(&resumed);
-        fail_if(is_new && generation > 1 && !is_saved, || {
+        // Without any whole state the scene begins again.
+        fail_if(damaged.is_some_and(|of| of == resumed && of > 0), || {
+            format!("physics {generation} resumed from the damaged state of tick {resumed}")
+        })?;
+        let is_due = is_new && generation > 1 && damaged.is_none();
+        fail_if(is_due && !is_saved, || {
             format!(
                 "physics {generation} resumed at {resumed}; {saved} was saved, and {saving} was \
                  being saved"
@@ -144,6 +157,8 @@ impl Check for Saved {
 struct Task {
     /// Tick from which the newest physics resumed; 0 with a fresh scene.
     resumed_tick: u64,
+    /// A file was damaged, perhaps that of its checkpoints.
+    had_damage: bool,
 }
 
 impl Check for Task {
@@ -154,10 +169,12 @@ impl Check for Task {
     fn see(&mut self, moment: &Moment<'_>) -> Verdict {
         match moment.seen {
             Seen::State(state) => self.resumed_tick = state.resumed_tick,
+            Seen::Fault(Fault::DamageFile { .. }) => self.had_damage = true,
             Seen::Trace(line) => {
                 let lost = line.text.as_str().starts_with("[task] started without");
                 let tick = self.resumed_tick;
-                return fail_if(lost && tick > 0, || {
+                let is_kept = !self.had_damage;
+                return fail_if(lost && tick > 0 && is_kept, || {
                     format!("physics resumed at tick {tick}, and the task lost its checkpoint")
                 });
             }

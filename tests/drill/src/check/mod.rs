@@ -11,6 +11,7 @@ mod progress;
 mod reports;
 mod script;
 mod supervision;
+mod wakes;
 mod writers;
 
 use std::collections::BTreeMap;
@@ -127,6 +128,7 @@ impl Checks {
         all.extend(reports::all(plan));
         all.extend(progress::all(plan));
         all.extend(script::all(plan, model));
+        all.extend(wakes::all(plan));
         Self {
             all,
             digest: 0,

@@ -113,6 +113,11 @@ impl Check for Pauses {
                 };
                 Ok(())
             }
+            // What it lost is asked for again.
+            Seen::News(News::Logged(Process::Physics, line)) if line.contains("lost") => {
+                self.paused = None;
+                Ok(())
+            }
             Seen::State(state) => {
                 let is_paused = state.has(FLAG_PAUSED);
                 fail_if(

@@ -2,12 +2,13 @@
 
 use std::collections::VecDeque;
 
-use ipc_types::topic::TopicId;
+use ipc_types::topic::{Process, TopicId};
 use ipc_types::{Decision, WorldState};
 
 use super::history::undo;
 use super::{Check, Moment, Seen, Verdict, fail_if};
-use crate::plan::Plan;
+use crate::model::News;
+use crate::plan::{Fault, Plan};
 use crate::scene::TaskPlan;
 
 /// Ticks between two decisions.
@@ -37,6 +38,8 @@ struct Progress {
     answered: u32,
     /// Tick, count and physics of the decisions, the newest last.
     counts: VecDeque<(u64, u64, u32)>,
+    /// A file was damaged, perhaps that of its checkpoints.
+    had_damage: bool,
 }
 
 impl Progress {
@@ -62,6 +65,9 @@ impl Progress {
         // A checkpoint for a state does not have the decision on that state.
         if std::mem::replace(&mut self.answered, physics) != physics {
             undo(&mut self.counts, |(tick, ..)| *tick >= resumed_tick);
+            if self.had_damage {
+                self.counts.clear();
+            }
         }
         let (tick, count) = (decision.header.tick, u64::from(decision.resyncs));
         let before = self.counts.back().copied();
@@ -97,6 +103,9 @@ impl Check for Progress {
             Seen::Trace(line) if line.text.as_str().contains("started without") => {
                 self.counts.clear();
             }
+            Seen::Fault(Fault::DamageFile { .. }) => self.had_damage = true,
+            // It decides from what is left.
+            Seen::News(News::Meets(Process::Task, ..)) => self.counts.clear(),
             _ => {}
         }
         Ok(())

@@ -1,6 +1,6 @@
 //! What went wrong is said once, and nothing is said of a run in which nothing did.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use ipc_types::decision::Outcome;
 use ipc_types::topic::Process;
@@ -20,7 +20,7 @@ pub(super) fn all(plan: &Plan) -> Vec<Box<dyn Check>> {
     let mut all: Vec<Box<dyn Check>> = vec![
         Box::new(Deaths::default()),
         Box::new(starved),
-        Box::new(Damaged),
+        Box::new(Damaged::default()),
         Box::new(Reasons),
     ];
     if plan.faults.is_empty() && plan.script.is_empty() {
@@ -74,8 +74,16 @@ impl Check for Reasons {
     }
 }
 
-/// No file is reported as damaged: none is.
-struct Damaged;
+/// A process that starts on a damaged file says so, and says it of no other.
+#[derive(Default)]
+struct Damaged {
+    /// By process: the file, and when it started on it (ns).
+    met: BTreeMap<Process, (&'static str, u64)>,
+    /// Those that said so, and those that have a reason to: the damage stays until it is written
+    /// over.
+    said: BTreeSet<Process>,
+    may_say: BTreeSet<Process>,
+}
 
 impl Check for Damaged {
     fn number(&self) -> u32 {
@@ -83,12 +91,36 @@ impl Check for Damaged {
     }
 
     fn see(&mut self, moment: &Moment<'_>) -> Verdict {
-        let Seen::News(News::Logged(process, line)) = moment.seen else {
-            return Ok(());
-        };
-        fail_if(line.contains("damaged"), || {
-            format!("{} said: {line}", process.name())
-        })
+        match moment.seen {
+            Seen::News(News::Meets(process, file, _)) => {
+                self.said.remove(process);
+                self.may_say.insert(*process);
+                self.met.insert(*process, (*file, moment.now_ns));
+            }
+            Seen::News(News::Gone(process, ..)) => {
+                self.met.remove(process);
+            }
+            Seen::News(News::Logged(process, line)) => {
+                if line.contains("lost: ") {
+                    self.said.insert(*process);
+                }
+                return fail_if(
+                    line.contains("damaged") && !self.may_say.contains(process),
+                    || format!("{} said: {line}", process.name()),
+                );
+            }
+            Seen::Looked => {
+                let silent = |(of, (_, at_ns)): &(&Process, &(&str, u64))| {
+                    !self.said.contains(of) && moment.now_ns > at_ns + TOLD_MS * MS
+                };
+                if let Some((process, (file, _))) = self.met.iter().find(silent) {
+                    let name = process.name();
+                    return Err(format!("{name} started on a damaged {file} and is silent"));
+                }
+            }
+            _ => {}
+        }
+        Ok(())
     }
 }
 

@@ -1,17 +1,20 @@
 //! Messages are used in their order, and only those about the present world.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use ipc_types::Header;
+use ipc_types::header::Input;
 use ipc_types::topic::{Process, TopicId};
 
 use super::history::undo;
 use super::{Check, Moment, Seen, Verdict, fail_if};
 use crate::model::News;
-use crate::plan::Plan;
+use crate::plan::{Fault, Plan};
 
 /// Ticks between two decisions.
 const DECISION_TICKS: u64 = 10;
+/// Most arms of a cell.
+const MAX_ARMS: u8 = 2;
 /// Messages of a topic that may still be used.
 const MESSAGES: usize = 5_000;
 
@@ -20,7 +23,7 @@ pub(super) fn all(plan: &Plan) -> Vec<Box<dyn Check>> {
         Box::new(Order::default()),
         Box::new(World::default()),
         Box::new(Resets::default()),
-        Box::new(Valid),
+        Box::new(Valid::default()),
         Box::new(Answers::default()),
     ];
     if plan.lockstep {
@@ -178,8 +181,47 @@ impl Check for Resets {
     }
 }
 
-/// No process refuses a message of another.
-struct Valid;
+/// No process refuses a message of another that was not damaged, or uses one that was.
+#[derive(Default)]
+struct Valid {
+    /// Number of damaged messages.
+    damaged: u64,
+    /// Topics whose next message is damaged.
+    next: BTreeSet<u32>,
+    /// By topic: generation and number of the last message, and of the one that was damaged last.
+    last: BTreeMap<u32, (u32, u64)>,
+    of: BTreeMap<u32, (u32, u64)>,
+}
+
+impl Valid {
+    fn message(&mut self, topic: u32, header: &Header) -> Verdict {
+        let new = (header.generation, header.seq);
+        if self.damaged == 0 {
+            self.last.insert(topic, new);
+            return Ok(());
+        }
+        let used =
+            |input: &&Input| self.of.get(&input.topic) == Some(&(input.generation, input.seq));
+        let used = header.inputs().iter().find(used);
+        let last = self.last.insert(topic, new).unwrap_or_default();
+        if self.next.remove(&topic) {
+            // Two messages of one turn are seen as one.
+            let is_same = last.0 == new.0;
+            let first = if is_same {
+                (last.0, last.1 + 1)
+            } else {
+                (new.0, 1)
+            };
+            self.of.insert(topic, first);
+        }
+        used.map_or(Ok(()), |input| {
+            let (of, seq) = (input.topic, input.seq);
+            Err(format!(
+                "topic {topic} used message {seq} of topic {of}, which is damaged"
+            ))
+        })
+    }
+}
 
 impl Check for Valid {
     fn number(&self) -> u32 {
@@ -187,10 +229,18 @@ impl Check for Valid {
     }
 
     fn see(&mut self, moment: &Moment<'_>) -> Verdict {
+        if let Seen::Fault(Fault::Damage { topic, .. }) = moment.seen {
+            self.damaged += 1;
+            let topic = crate::plan::topic(topic, MAX_ARMS);
+            self.next.extend(topic.map(TopicId::code));
+        }
+        if let Some((topic, header)) = header(moment) {
+            return self.message(topic, header);
+        }
         let Seen::Health(process, health) = moment.seen else {
             return Ok(());
         };
-        fail_if(health.rejected > 0, || {
+        fail_if(health.rejected > self.damaged, || {
             format!("{} rejected {} messages", process.name(), health.rejected)
         })
     }

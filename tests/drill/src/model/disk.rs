@@ -2,24 +2,35 @@
 
 use std::cell::RefCell;
 use std::io;
+use std::path::Path;
 use std::rc::Rc;
 
 use cell_bus::MemorySite;
-use cell_rt::Clock as _;
+use cell_rt::{Clock as _, MemoryDir, RecordFile};
 use physics_proc::resume::Store;
 
 use crate::plan::MS;
 
+/// Name of the file of the newest state.
+const FILE: &str = "physics.state";
+/// Steps of a write: the new file, its head, its content, two renames.
+pub(super) const STEPS: u64 = 5;
+
 /// What the disk does, and the states on it.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Disk(Rc<RefCell<Inner>>);
+#[derive(Clone, Debug)]
+pub(super) struct Disk {
+    dir: MemoryDir,
+    file: RecordFile,
+    inner: Rc<RefCell<Inner>>,
+}
 
 #[derive(Debug, Default)]
 struct Inner {
-    /// Newest first.
-    states: Vec<Rc<Vec<u8>>>,
+    /// Tick of the newest state.
+    tick: u64,
     pending: Option<Pending>,
-    full: bool,
+    /// The writer is killed after so many steps of the next write.
+    cut: Option<u64>,
     write_ns: u64,
 }
 
@@ -30,22 +41,72 @@ struct Pending {
     done_ns: u64,
 }
 
+impl Default for Disk {
+    fn default() -> Self {
+        let dir = MemoryDir::default();
+        Self {
+            file: RecordFile::in_memory(&dir, Path::new(FILE)),
+            dir,
+            inner: Rc::default(),
+        }
+    }
+}
+
 impl Disk {
     /// Whether writes fail from now on.
     pub(super) fn set_full(&self, full: bool) {
-        self.0.borrow_mut().full = full;
+        self.dir.set_full(full);
     }
 
     /// Time of a write from now on.
     pub(super) fn set_write_ms(&self, ms: u64) {
-        self.0.borrow_mut().write_ns = ms * MS;
+        self.inner.borrow_mut().write_ns = ms * MS;
     }
 
-    /// The writer is killed: what it had not finished at `now_ns` is gone.
-    pub(super) fn cut(&self, now_ns: u64) {
-        let mut inner = self.0.borrow_mut();
-        inner.finish(now_ns);
-        inner.pending = None;
+    /// Kills the writer after so many steps of the next write.
+    pub(super) fn cut_next(&self, steps: u64) {
+        self.inner.borrow_mut().cut = Some(steps);
+    }
+
+    /// The steps after which the write that began is cut, if one has to be.
+    pub(super) fn take_cut(&self) -> Option<u64> {
+        let mut inner = self.inner.borrow_mut();
+        if inner.pending.is_none() {
+            return None;
+        }
+        inner.cut.take()
+    }
+
+    /// Whether a write is running at `now_ns`.
+    pub(super) fn is_writing(&self, now_ns: u64) -> bool {
+        let inner = self.inner.borrow();
+        inner.pending.as_ref().is_some_and(|of| now_ns < of.done_ns)
+    }
+
+    /// The writer is killed: of a write that is not finished at `now_ns` so many `steps` are done.
+    pub(super) fn kill(&self, now_ns: u64, steps: u64) {
+        self.finish(now_ns);
+        let pending = self.inner.borrow_mut().pending.take();
+        if let Some(pending) = pending {
+            self.dir.effects().allow(steps);
+            self.write(&pending).ok();
+            self.dir.effects().allow(u64::MAX);
+        }
+    }
+
+    /// Flips the bit of the newest state that `draw` chooses; its bytes, if there is one.
+    pub(super) fn flip(&self, draw: u64) -> Option<Vec<u8>> {
+        self.dir.flip(Path::new(FILE), draw)
+    }
+
+    /// Whether the file of the newest state has these bytes.
+    pub(super) fn still_has(&self, bytes: &[u8]) -> bool {
+        self.dir.read(Path::new(FILE)).as_deref() == Some(bytes)
+    }
+
+    /// Tick of the newest state.
+    pub(super) fn tick(&self) -> u64 {
+        self.inner.borrow().tick
     }
 
     /// The store of a start of physics.
@@ -55,18 +116,22 @@ impl Disk {
             site: site.clone(),
         }
     }
-}
 
-impl Inner {
-    /// The result of the write that is running, once it is done.
-    fn finish(&mut self, now_ns: u64) -> Option<(u64, Result<(), String>)> {
-        let done = self.pending.take_if(|pending| pending.done_ns <= now_ns)?;
-        if self.full {
-            return Some((done.tick, Err("No space left on device".to_owned())));
+    fn write(&self, pending: &Pending) -> Result<(), String> {
+        let written = self.file.write(&pending.state);
+        let is_in_place = self.dir.effects().left() > 0;
+        if written.is_ok() && is_in_place {
+            self.inner.borrow_mut().tick = pending.tick;
         }
-        self.states.insert(0, Rc::new(done.state));
-        self.states.truncate(2);
-        Some((done.tick, Ok(())))
+        written.map_err(|error| error.to_string())
+    }
+
+    /// The result of the write that is running, once it is done.
+    fn finish(&self, now_ns: u64) -> Option<(u64, Result<(), String>)> {
+        let mut inner = self.inner.borrow_mut();
+        let done = inner.pending.take_if(|pending| pending.done_ns <= now_ns)?;
+        drop(inner);
+        Some((done.tick, self.write(&done)))
     }
 }
 
@@ -77,34 +142,27 @@ pub(super) struct DiskStore {
     site: MemorySite,
 }
 
-impl DiskStore {
-    fn at(&self, place: usize) -> Option<Vec<u8>> {
-        let inner = self.disk.0.borrow();
-        inner.states.get(place).map(|state| state.as_ref().clone())
-    }
-}
-
 impl Store for DiskStore {
     fn read(&self) -> io::Result<Option<Vec<u8>>> {
-        Ok(self.at(0))
+        self.disk.file.read()
     }
 
     fn read_older(&self) -> io::Result<Option<Vec<u8>>> {
-        Ok(self.at(1))
+        self.disk.file.read_older()
     }
 
     fn name(&self) -> String {
-        "physics.state".to_owned()
+        FILE.to_owned()
     }
 
     fn is_idle(&self) -> bool {
-        self.disk.0.borrow().pending.is_none()
+        self.disk.inner.borrow().pending.is_none()
     }
 
     fn write(&mut self, tick: u64, fill: impl FnOnce(&mut Vec<u8>)) {
         let mut state = Vec::new();
         fill(&mut state);
-        let mut inner = self.disk.0.borrow_mut();
+        let mut inner = self.disk.inner.borrow_mut();
         // To hand a state over is an effect: a physics that is killed before it has not.
         if self.site.effects().happens() {
             let done_ns = self.site.now_ns() + inner.write_ns;
@@ -118,12 +176,12 @@ impl Store for DiskStore {
 
     fn result(&mut self) -> Option<(u64, Result<(), String>)> {
         let now_ns = self.site.now_ns();
-        self.disk.0.borrow_mut().finish(now_ns)
+        self.disk.finish(now_ns)
     }
 
     fn wait(&mut self) {
         // Lockstep has no clock that would show how long it waited.
-        let mut inner = self.disk.0.borrow_mut();
+        let mut inner = self.disk.inner.borrow_mut();
         if let Some(pending) = &mut inner.pending {
             pending.done_ns = 0;
         }

@@ -4,7 +4,9 @@
 //! What a model takes over from the machine, and no more: the time of turns and wakes, starts,
 //! signals, the slot files, the disk. Lost and late messages are not drawn: they follow.
 
+mod damage;
 mod disk;
+mod faults;
 mod launcher;
 mod monitor;
 mod running;
@@ -12,7 +14,7 @@ mod running;
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use cell_bus::{Bus, MemorySite};
+use cell_bus::{Bus, Kept, MemorySite};
 use cell_model::cells::script;
 use cell_model::runs::spec::RunSpec;
 use cell_model::{Cell, Data};
@@ -26,10 +28,14 @@ use supervisor::supervision::Exit;
 use crate::plan::{Fault, MS, Plan, noise};
 use crate::scene::SceneDir;
 use crate::stub;
-use disk::Disk;
+use damage::Damage;
+use disk::{Disk, STEPS};
 pub use launcher::Launcher;
 use running::Running;
 
+/// A turn may be interrupted after fewer effects than this.
+// Physics has some ten of them: its state, doorbells, copies for the recorder, its health.
+const CUTS: u64 = 12;
 /// Identity of the run in all messages.
 const RUN: u64 = 1;
 
@@ -40,6 +46,9 @@ pub enum News {
     Disturbed(Fault),
     /// A process was started by the launcher.
     Spawned(Process, u32),
+    /// It starts on a file that was damaged, whose newest record is of this tick (0 where the file
+    /// does not say so).
+    Meets(Process, &'static str, u64),
     /// Its loop began.
     Began(Process, u32),
     /// It is gone; the launcher may not know it yet.
@@ -88,12 +97,15 @@ pub struct Model {
     disk: Disk,
     requests: MemoryFile,
     task_files: ModelFiles,
+    damages: Vec<Damage>,
     next_pid: u32,
     /// Draws of noise so far.
     draws: u64,
     /// Starts that fail, and starts that take so long (ms).
     failing: Vec<Process>,
     slow: Vec<(Process, u64)>,
+    /// Steps of the present write after which its writer is killed.
+    steps: Option<u64>,
     full_until_ns: u64,
     slow_disk_until_ns: u64,
     news: Vec<News>,
@@ -126,6 +138,7 @@ impl Model {
                 newest: file(),
                 history: file(),
             },
+            damages: Vec::new(),
             site,
             spec,
             cell,
@@ -140,6 +153,7 @@ impl Model {
             draws: 0,
             failing: Vec::new(),
             slow: Vec::new(),
+            steps: None,
             full_until_ns: 0,
             slow_disk_until_ns: 0,
             news: Vec::new(),
@@ -170,6 +184,11 @@ impl Model {
 
     pub(crate) fn bus(&self, generation: u32) -> Bus {
         Bus::in_memory(&self.site, RUN, generation)
+    }
+
+    /// A bus on which every message comes as it was sent.
+    pub(crate) fn faithful_bus(&self) -> Bus {
+        Bus::in_memory(&self.site.faithful(), RUN, 1)
     }
 
     fn index(&self, process: Process) -> Option<usize> {
@@ -217,6 +236,11 @@ impl Model {
     /// Why it ended, if it did, and whether others may notice something of it.
     fn turn_of(&mut self, one: &mut Running, now_ns: u64) -> (Option<Exit>, bool) {
         one.waited(now_ns);
+        let kept = one.take_kept();
+        if !kept.is_empty() {
+            kept.into_iter().for_each(Kept::happen);
+            return (None, true);
+        }
         if one.is_stopping {
             return (Some(Exit::Code(0)), true);
         }
@@ -229,10 +253,19 @@ impl Model {
         let effects = self.site.effects().clone();
         effects.allow(allowed);
         let worked = || effects.left() < allowed;
+        let (gap_ns, until_ns) = one.preempted;
+        if now_ns < until_ns {
+            let effects = self.draw(CUTS);
+            self.site.cut_after(effects, gap_ns);
+        }
         let has_worked = one.turn(now_ns, jitter_ns, cost_ns, worked);
         effects.allow(u64::MAX);
-        let exit = one.cut.map(|_| Exit::Signal(9));
-        (exit, has_worked || one.cut.is_some())
+        one.keep(self.site.end_cut(), now_ns + gap_ns);
+        self.site.set_now_ns(now_ns);
+        let is_physics = one.process == Process::Physics;
+        self.steps = is_physics.then(|| self.disk.take_cut()).flatten();
+        let is_cut = one.cut.is_some() || self.steps.is_some();
+        (is_cut.then_some(Exit::Signal(9)), has_worked || is_cut)
     }
 
     /// The process has done what its start needs.
@@ -243,6 +276,7 @@ impl Model {
             self.logs.push((one.process, "injected failure".to_owned()));
             return Err(Exit::Code(1));
         }
+        self.meet_damage(one.process);
         let turns = self.set_up(one.process, one.generation);
         let (turns, sleeper) = turns.map_err(|error| {
             self.logs.push((one.process, error));
@@ -260,7 +294,11 @@ impl Model {
         drop(one);
         self.site.effects().allow(u64::MAX);
         if process == Process::Physics {
-            self.disk.cut(self.now_ns());
+            let now_ns = self.now_ns();
+            let is_writing = self.disk.is_writing(now_ns);
+            let drawn = is_writing.then(|| self.draw(STEPS + 1));
+            let steps = self.steps.take().or(drawn);
+            self.disk.kill(now_ns, steps.unwrap_or(STEPS));
         }
         self.ended.push((process, generation, exit));
         self.news.push(News::Gone(process, generation, exit));
@@ -284,71 +322,5 @@ impl Model {
         };
         let is_rare = rare > 0 && self.draw(200) == 0;
         self.draw(if is_rare { rare } else { most })
-    }
-
-    /// Kills `process`, after `effect` effects of its next turn or now.
-    pub fn kill(&mut self, process: Process, effect: Option<u64>) -> bool {
-        let Some(index) = self.index(process) else {
-            return false;
-        };
-        let began = self.running[index].turns.is_some();
-        if let Some(effect) = effect.filter(|_| began) {
-            self.running[index].cut = Some(effect);
-        } else {
-            let one = self.running.remove(index);
-            self.gone(one, Exit::Signal(9));
-        }
-        true
-    }
-
-    /// Stops `process` until `until_ns`.
-    pub fn stop(&mut self, process: Process, until_ns: u64) -> bool {
-        let one = self.running.iter_mut().find(|one| one.process == process);
-        one.map(|one| one.frozen_until_ns = until_ns).is_some()
-    }
-
-    /// Gives `process` no core until `until_ns`.
-    pub fn starve(&mut self, process: Process, until_ns: u64) -> bool {
-        let one = self.running.iter_mut().find(|one| one.process == process);
-        one.map(|one| one.starved_until_ns = until_ns).is_some()
-    }
-
-    /// Whether `process` exists.
-    pub fn exists(&self, process: Process) -> bool {
-        self.index(process).is_some()
-    }
-
-    /// Lets `process` work for ever on its next turn.
-    pub fn hang(&mut self, process: Process) -> bool {
-        let now_ns = self.now_ns();
-        let one = self.running.iter_mut().find(|one| one.process == process);
-        one.map(|one| one.hangs_since_ns = Some(now_ns)).is_some()
-    }
-
-    /// Makes each turn of `process` take `turn_ns` until `until_ns`.
-    pub fn slow_down(&mut self, process: Process, turn_ns: u64, until_ns: u64) -> bool {
-        let one = self.running.iter_mut().find(|one| one.process == process);
-        one.map(|one| one.slow = (turn_ns, until_ns)).is_some()
-    }
-
-    /// Leaves no room until `until_ns`.
-    pub fn fill(&mut self, until_ns: u64) {
-        self.full_until_ns = until_ns;
-    }
-
-    /// Makes each write of a state take `write_ms` until `until_ns`.
-    pub fn slow_disk(&mut self, write_ms: u64, until_ns: u64) {
-        self.slow_disk_until_ns = until_ns;
-        self.disk.set_write_ms(write_ms);
-    }
-
-    /// Makes the next start of `process` fail.
-    pub fn fail_start(&mut self, process: Process) {
-        self.failing.push(process);
-    }
-
-    /// Makes the next start of `process` take `ms`.
-    pub fn slow_start(&mut self, process: Process, ms: u64) {
-        self.slow.push((process, ms));
     }
 }

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use cell_bus::{Bus, Sleeper};
+use cell_bus::{Bus, Kept, Sleeper};
 use cell_rt::process::Share;
 use cell_worker::{Start, Turn, Wait, Woken};
 use ipc_types::topic::Process;
@@ -49,6 +49,10 @@ pub(super) struct Running {
     pub(super) hangs_since_ns: Option<u64>,
     /// Least time of a turn, and until when (ns).
     pub(super) slow: (u64, u64),
+    /// For how long it loses its core within a turn, and until when (ns).
+    pub(super) preempted: (u64, u64),
+    /// The rest of a turn within which it lost its core, and when it gets one.
+    kept: (Vec<Kept>, u64),
     pub(super) is_stopping: bool,
     /// It is killed after so many effects of its next turn.
     pub(super) cut: Option<u64>,
@@ -72,6 +76,8 @@ impl Running {
             starved_until_ns: 0,
             hangs_since_ns: None,
             slow: (0, 0),
+            preempted: (0, 0),
+            kept: (Vec::new(), 0),
             is_stopping: false,
             cut: None,
             ran_ns: 0,
@@ -84,9 +90,26 @@ impl Running {
         if self.hangs_since_ns.is_some() {
             return u64::MAX;
         }
-        self.next_ns
-            .max(self.starved_until_ns)
-            .max(self.frozen_until_ns)
+        let (kept, kept_ns) = &self.kept;
+        let next_ns = if kept.is_empty() {
+            self.next_ns
+        } else {
+            *kept_ns
+        };
+        next_ns.max(self.starved_until_ns).max(self.frozen_until_ns)
+    }
+
+    /// It lost its core within its turn, and continues at `at_ns` with what is `kept`.
+    pub(super) fn keep(&mut self, kept: Vec<Kept>, at_ns: u64) {
+        if !kept.is_empty() {
+            self.next_ns = self.next_ns.max(at_ns + POLL_NS);
+            self.kept = (kept, at_ns);
+        }
+    }
+
+    /// What is left of its turn; empty if that ended.
+    pub(super) fn take_kept(&mut self) -> Vec<Kept> {
+        std::mem::take(&mut self.kept.0)
     }
 
     /// It has waited for a core from the time it could run until `now_ns`.
