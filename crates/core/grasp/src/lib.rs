@@ -27,5 +27,5 @@ pub use plan::{Grasps, first_grasps, grasps};
 pub use reach::Reach;
 pub use report::{GraspReport, GraspRow, TcpPose};
 pub use scene::{Body, Scene};
-pub use set_down::{SetDown, arm_in_the_way, set_down};
+pub use set_down::{SetDown, arm_in_the_way, set_down, touches};
 pub use solid::Solid;

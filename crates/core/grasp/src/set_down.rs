@@ -46,6 +46,16 @@ pub fn set_down(gripper: &Gripper, scene: &Scene, of: &SetDown<'_>) -> Option<Ex
     })
 }
 
+/// Whether a body set down at `at` touches `other` (poses in the world frame).
+pub fn touches(
+    (body, at): (&Body, &Isometry3<f64>),
+    (other, other_at): (&Body, &Isometry3<f64>),
+) -> bool {
+    let lifted = Translation3::new(0.0, 0.0, LIFT_M) * at;
+    body.solid
+        .is_near(&lifted, &other.solid, other_at, TOUCHES_M)
+}
+
 /// Another arm of the scene that is nearer to the open `gripper` with its TCP at `tcp` (world
 /// frame) than `margin` (m).
 pub fn arm_in_the_way(

@@ -15,12 +15,16 @@ pub enum Failure {
     GripperBlocked,
     /// A bin is out of the arm's reach.
     BinOutOfReach,
-    /// A bin is tilted too far for suction to hold it.
+    /// A bin is tilted too far for suction to hold it, or suction found no hold on it.
     BinCannotBeGripped,
+    /// A bin was lost from the gripper again and again.
+    BinCannotBeHeld,
     /// A bin fell out of the cell, and no other is left.
     BinLost,
     /// A bin did not stay where it was set down, again and again.
     BinCannotBePlaced,
+    /// Another object is where the bin belongs, and no other place is free.
+    PlaceTaken,
     /// A joint of the arm is at its limit.
     ArmCaught,
     /// The arm did not arrive at its goal, again and again.
@@ -28,6 +32,23 @@ pub enum Failure {
 }
 
 impl Failure {
+    /// All of them.
+    pub const ALL: [Self; 13] = [
+        Self::CubeOutOfReach,
+        Self::CubeCannotBeGripped,
+        Self::CubeCannotBePlaced,
+        Self::CubeLost,
+        Self::GripperBlocked,
+        Self::BinOutOfReach,
+        Self::BinCannotBeGripped,
+        Self::BinCannotBeHeld,
+        Self::BinLost,
+        Self::BinCannotBePlaced,
+        Self::PlaceTaken,
+        Self::ArmCaught,
+        Self::ArmDidNotArrive,
+    ];
+
     /// Stable name in the summary and in the decision.
     pub fn reason(self) -> &'static str {
         match self {
@@ -38,10 +59,37 @@ impl Failure {
             Self::GripperBlocked => "gripper_blocked",
             Self::BinOutOfReach => "bin_out_of_reach",
             Self::BinCannotBeGripped => "bin_cannot_be_gripped",
+            Self::BinCannotBeHeld => "bin_cannot_be_held",
             Self::BinLost => "bin_lost",
             Self::BinCannotBePlaced => "bin_cannot_be_placed",
+            Self::PlaceTaken => "place_taken",
             Self::ArmCaught => "arm_caught",
             Self::ArmDidNotArrive => "arm_did_not_arrive",
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use robocell_skills::{grip, pick, place};
+
+    /// No program and no person can rely on a name that no document has.
+    #[test]
+    fn every_reason_is_documented() {
+        let document = include_str!("../../../../docs/reasons.md");
+        let of_skills = [
+            pick::reason::ALL,
+            place::reason::ALL,
+            &[grip::GRIPPER_BLOCKED],
+        ];
+        let all = Failure::ALL.map(Failure::reason);
+        for reason in all.into_iter().chain(of_skills.concat()) {
+            assert!(document.contains(&format!("`{reason}`")), "{reason}");
+        }
+        let mut names = all.to_vec();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), Failure::ALL.len(), "two causes share a name");
     }
 }

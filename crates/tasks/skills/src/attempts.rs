@@ -74,8 +74,9 @@ impl World<'_> {
             .event(TraceEvent::Resync, format_args!("[resync] {name} moved"));
     }
 
-    /// Counts a failed pick-up of an object. After `most` in a row the job fails with `reason`.
-    pub fn count_failed_pick(&mut self, object: usize, most: u32, reason: &str) {
+    /// Counts a failed pick-up of an object, `why`. After `most` in a row the job fails with
+    /// `reason`.
+    pub fn count_failed_pick(&mut self, object: usize, most: u32, reason: &str, why: &str) {
         let Some(attempts) = self.attempts_mut(object) else {
             return;
         };
@@ -83,13 +84,12 @@ impl World<'_> {
         if attempts.pick >= most {
             let setup = self.setup;
             let name = setup.object_name(object);
-            self.fail(reason, format_args!("{name} cannot be gripped"));
+            self.fail(reason, format_args!("{name} {why}, again and again"));
         }
     }
 
-    /// Counts a set-down whose object did not stay in place. After `most` in a row the job
-    /// fails with `reason`.
-    pub fn count_failed_place(&mut self, object: usize, most: u32, reason: &str) {
+    /// Counts a set-down that failed, `why`. After `most` in a row the job fails with `reason`.
+    pub fn count_failed_place(&mut self, object: usize, most: u32, reason: &str, why: &str) {
         let Some(attempts) = self.attempts_mut(object) else {
             return;
         };
@@ -97,7 +97,7 @@ impl World<'_> {
         if attempts.place >= most {
             let setup = self.setup;
             let name = setup.object_name(object);
-            self.fail(reason, format_args!("{name} does not stay in its place"));
+            self.fail(reason, format_args!("{name} {why}, again and again"));
         }
     }
 

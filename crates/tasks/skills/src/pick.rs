@@ -4,14 +4,15 @@ use behavior::Status;
 use grasp::Exclusion;
 use ipc_types::GripperGoal;
 use nalgebra::{Isometry3, Translation3, Vector3};
-use robocell_task::PolicyTime;
 use robocell_task::job::Placement;
+use robocell_task::{PolicyTime, TraceEvent};
 
 use crate::ability::{self, Need};
 use crate::choice::{Choice, frame};
 use crate::geometry;
 use crate::grip;
 use crate::motion;
+use crate::place::Bring;
 use crate::pose::{KeptPose, wire};
 use crate::progress::Progress;
 use crate::skill::Skill;
@@ -35,10 +36,26 @@ const MOTION_TIMEOUT_S: f64 = 6.0;
 pub mod reason {
     /// The object stayed too far from the arm.
     pub const OUT_OF_REACH: &str = "object_out_of_reach";
-    /// The gripper holds another object, which has to be placed first.
-    pub const HOLDS_ANOTHER: &str = "gripper_holds_another_object";
-    /// The object was lost again and again.
+    /// The gripper closed, or suction was switched on, and the object was not in it, again and
+    /// again.
     pub const CANNOT_BE_GRIPPED: &str = "object_cannot_be_gripped";
+    /// The arm did not arrive at the object, again and again.
+    pub const NOT_REACHED: &str = "object_not_reached";
+    /// The arm did not arrive above with the object, again and again.
+    pub const CANNOT_BE_LIFTED: &str = "object_cannot_be_lifted";
+    /// The object left the gripper in the lift, again and again.
+    pub const LOST: &str = "object_lost";
+    /// The weight of the object exceeds the limit of the cup.
+    pub const TOO_HEAVY: &str = "object_too_heavy";
+    /// All of them.
+    pub const ALL: &[&str] = &[
+        OUT_OF_REACH,
+        CANNOT_BE_GRIPPED,
+        NOT_REACHED,
+        CANNOT_BE_LIFTED,
+        LOST,
+        TOO_HEAVY,
+    ];
 }
 
 /// Picks an object up: before it, to it, close, lift. The grasp is the best of all
@@ -110,7 +127,7 @@ impl Pick {
                 return refused;
             }
             let why = world.why_not_reached("is not reached");
-            return self.failed(&why, world);
+            return self.failed(reason::NOT_REACHED, &why, world);
         }
         Status::Running
     }
@@ -171,16 +188,42 @@ impl Pick {
         Some(Status::Failure)
     }
 
+    /// Brings another object in the gripper back.
+    fn put_back(&self, progress: &mut Progress, world: &mut World<'_>) -> Status {
+        let Some(other) = progress.put_back.map(usize::from) else {
+            return Status::Failure;
+        };
+        let bring = Bring::back(other, self.clearance_m, self.max_attempts);
+        if bring.step(progress, world) != Status::Running {
+            progress.reset();
+        }
+        if world.job.failure.is_some() {
+            return Status::Failure;
+        }
+        Status::Running
+    }
+
     /// Leaves other objects first.
     fn clear(&self, progress: &mut Progress, world: &mut World<'_>) -> Status {
+        let told = world.out.previous(world.arm).map(|told| told.gripper);
+        if world.held().is_some() && told == Some(GripperGoal::Open) {
+            // Not let go of yet: a person pushed it against an opening finger.
+            return match grip::open(&mut progress.step, world) {
+                Status::Failure => Status::Failure,
+                Status::Running | Status::Success => Status::Running,
+            };
+        }
         if let Some(held) = world.held() {
-            let setup = world.setup;
-            let name = setup.object_name(held);
-            world.fail(
-                reason::HOLDS_ANOTHER,
-                format_args!("{name} is in the gripper and has to be placed first"),
+            let (setup, wanted) = (world.setup, self.object);
+            let (name, wanted) = (setup.object_name(held), setup.object_name(wanted));
+            let line = format_args!(
+                "[recover] {name} is in the gripper, not {wanted}: it is brought back"
             );
-            return Status::Failure;
+            world.job.counters.recoveries += 1;
+            world.out.event(TraceEvent::Recover, line);
+            progress.reset();
+            progress.put_back = u16::try_from(held).ok();
+            return self.put_back(progress, world);
         }
         if let Some(refused) = self.refuse(world) {
             return refused;
@@ -215,7 +258,7 @@ impl Pick {
         }
         if is_late(progress, world) {
             let why = world.why_not_reached("cannot be lifted");
-            return self.failed(&why, world);
+            return self.failed(reason::CANNOT_BE_LIFTED, &why, world);
         }
         Status::Running
     }
@@ -224,21 +267,18 @@ impl Pick {
     /// would end like this one.
     fn lost(&self, world: &mut World<'_>) -> Status {
         let Some(broken) = world.broken_grip(self.object) else {
-            return self.failed("was lost", world);
+            return self.failed(reason::LOST, "was lost", world);
         };
         if broken.is_too_heavy {
             let name = world.setup.object_name(self.object);
-            return world.refuse(
-                reason::CANNOT_BE_GRIPPED,
-                format_args!("{name} is {}", broken.why),
-            );
+            return world.refuse(reason::TOO_HEAVY, format_args!("{name} is {}", broken.why));
         }
-        self.failed(&format!("was lost: {}", broken.why), world)
+        self.failed(reason::LOST, &format!("was lost: {}", broken.why), world)
     }
 
-    fn failed(&self, why: &str, world: &mut World<'_>) -> Status {
+    fn failed(&self, reason: &str, why: &str, world: &mut World<'_>) -> Status {
         world.note_retry(self.object, why);
-        world.count_failed_pick(self.object, self.max_attempts, reason::CANNOT_BE_GRIPPED);
+        world.count_failed_pick(self.object, self.max_attempts, reason, why);
         Status::Failure
     }
 }
@@ -259,6 +299,9 @@ impl Skill for Pick {
         if world.resumed && !held {
             progress.reset();
         }
+        if progress.put_back.is_some() {
+            return self.put_back(progress, world);
+        }
         if world.reaches(seen.position.into()) {
             world.note_in_reach();
         }
@@ -273,7 +316,7 @@ impl Skill for Pick {
                 }
                 Status::Failure => {
                     let why = world.why_not_attached("was not caught");
-                    self.failed(&why, world)
+                    self.failed(reason::CANNOT_BE_GRIPPED, &why, world)
                 }
             },
             _ => self.lift(progress, world),

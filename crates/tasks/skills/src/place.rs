@@ -36,6 +36,21 @@ pub mod reason {
     pub const OUT_OF_REACH: &str = "place_out_of_reach";
     /// Every slot of the place is taken.
     pub const PLACE_IS_FULL: &str = "place_is_full";
+    /// The object to be set down is not in the gripper.
+    pub const NOT_IN_GRIPPER: &str = "object_not_in_gripper";
+    /// The arm did not arrive above or at the place, again and again.
+    pub const NOT_REACHED: &str = "place_not_reached";
+    /// The object in the gripper is not the one to be picked, and cannot be brought back.
+    pub const HOLDS_ANOTHER: &str = "gripper_holds_another_object";
+    /// All of them.
+    pub const ALL: &[&str] = &[
+        CANNOT_BE_PLACED,
+        OUT_OF_REACH,
+        PLACE_IS_FULL,
+        NOT_IN_GRIPPER,
+        NOT_REACHED,
+        HOLDS_ANOTHER,
+    ];
 }
 
 /// Brings the object in the gripper to the next free slot of a place: up, across,
@@ -67,11 +82,74 @@ impl Place {
         }
     }
 
+    fn bring(self) -> Bring {
+        Bring {
+            object: self.object,
+            to: To::Place(self.place),
+            clearance_m: self.clearance_m,
+            tolerance_m: self.tolerance_m,
+            max_attempts: self.max_attempts,
+        }
+    }
+}
+
+/// Where an object is brought.
+#[derive(Clone, Copy)]
+enum To {
+    /// The next free slot of a place.
+    Place(usize),
+    /// Where it was at the start of the run, or near to it.
+    Back,
+}
+
+/// Sets the object in the gripper down.
+pub(crate) struct Bring {
+    object: usize,
+    to: To,
+    clearance_m: f64,
+    tolerance_m: f64,
+    max_attempts: u32,
+}
+
+impl Bring {
+    /// To where the object was at the start of the run.
+    pub(crate) fn back(object: usize, clearance_m: f64, max_attempts: u32) -> Self {
+        Self {
+            object,
+            to: To::Back,
+            clearance_m,
+            tolerance_m: PLACE_TOLERANCE_M,
+            max_attempts,
+        }
+    }
+
+    /// One decision.
+    pub(crate) fn step(&self, progress: &mut Progress, world: &mut World<'_>) -> Status {
+        if world.resumed && world.held() == Some(self.object) {
+            *progress = Progress {
+                put_back: progress.put_back,
+                ..Progress::default()
+            };
+        }
+        match progress.stage {
+            RISE..=LOWER => self.carry(progress, world),
+            _ => self.release(progress, world),
+        }
+    }
+
+    fn destination(&self, world: &World<'_>) -> Result<Destination, Option<Exclusion>> {
+        match self.to {
+            To::Place(place) => world.destination(self.object, place),
+            To::Back => world.way_back(self.object),
+        }
+    }
+
     /// With the object in the gripper.
     fn carry(&self, progress: &mut Progress, world: &mut World<'_>) -> Status {
         if progress.stage == RISE && !progress.step.has_begun() {
             if world.held() != Some(self.object) {
-                return self.failed("is not in the gripper; it has to be picked first", world);
+                let why = "is not in the gripper; it has to be picked first";
+                return self.failed(reason::NOT_IN_GRIPPER, why, world);
             }
             if let Some(refused) = self.refuse(progress, world) {
                 return refused;
@@ -106,7 +184,7 @@ impl Place {
             progress.next();
         } else if is_late(progress, world) {
             let why = world.why_not_reached("cannot be brought to its place");
-            return self.failed(&why, world);
+            return self.failed(reason::NOT_REACHED, &why, world);
         }
         Status::Running
     }
@@ -118,7 +196,7 @@ impl Place {
         if progress.tool.is_some() && !begins_to_carry {
             return None;
         }
-        match world.destination(self.object, self.place) {
+        match self.destination(world) {
             Ok(Destination { tcp, opening_m }) => {
                 progress.tool = Some(KeptPose::from(&tcp));
                 progress.open_width_m = opening_m;
@@ -158,11 +236,14 @@ impl Place {
         if !there && !is_late(progress, world) {
             return Status::Running;
         }
+        let To::Place(place) = self.to else {
+            return Status::Success;
+        };
         if world
-            .slot_of(self.object, self.place, self.tolerance_m)
+            .slot_of(self.object, place, self.tolerance_m)
             .is_none()
         {
-            return self.failed("is not in its place", world);
+            return self.failed(reason::CANNOT_BE_PLACED, "is not in its place", world);
         }
         if let Some(attempts) = world.attempts_mut(self.object) {
             *attempts = Attempts::default();
@@ -175,7 +256,7 @@ impl Place {
 
     /// Where the object cannot go now.
     fn refuse(&self, progress: &mut Progress, world: &mut World<'_>) -> Option<Status> {
-        match world.destination(self.object, self.place) {
+        match self.destination(world) {
             Ok(_) => None,
             Err(why) => Some(self.no_destination(why.as_ref(), progress, world)),
         }
@@ -201,12 +282,21 @@ impl Place {
     }
 
     fn name<'w>(&self, world: &World<'w>) -> &'w str {
-        let place = world.setup.places.get(self.place);
+        let To::Place(place) = self.to else {
+            return "where it was at the start";
+        };
+        let place = world.setup.places.get(place);
         place.map_or("?", |place| place.name.as_str())
     }
 
     fn no_slot(&self, world: &mut World<'_>) -> Status {
         let name = self.name(world);
+        if matches!(self.to, To::Back) {
+            let object = world.setup.object_name(self.object);
+            let why = format_args!("{object} is in the gripper and cannot be brought back");
+            world.fail(reason::HOLDS_ANOTHER, why);
+            return Status::Failure;
+        }
         world.fail(
             reason::PLACE_IS_FULL,
             format_args!("place '{name}' has no free slot"),
@@ -214,10 +304,25 @@ impl Place {
         Status::Failure
     }
 
-    fn failed(&self, why: &str, world: &mut World<'_>) -> Status {
+    fn failed(&self, reason: &str, why: &str, world: &mut World<'_>) -> Status {
         world.note_retry(self.object, why);
-        world.count_failed_place(self.object, self.max_attempts, reason::CANNOT_BE_PLACED);
+        world.count_failed_place(self.object, self.max_attempts, reason, why);
         Status::Failure
+    }
+
+    /// Opens, and moves back.
+    fn release(&self, progress: &mut Progress, world: &mut World<'_>) -> Status {
+        world.opening_to(progress.open_width_m);
+        match progress.stage {
+            OPEN => match grip::open(&mut progress.step, world) {
+                Status::Success => {
+                    progress.next();
+                    Status::Running
+                }
+                other => other,
+            },
+            _ => self.retract(progress, world),
+        }
     }
 }
 
@@ -256,29 +361,6 @@ fn above(goal: &Pose, travel: &Placement) -> Drive {
 
 impl Skill for Place {
     fn step(&self, progress: &mut Progress, world: &mut World<'_>) -> Status {
-        if world.resumed && world.held() == Some(self.object) {
-            progress.reset();
-        }
-        match progress.stage {
-            RISE..=LOWER => self.carry(progress, world),
-            _ => self.release(progress, world),
-        }
-    }
-}
-
-impl Place {
-    /// Opens, and moves back.
-    fn release(&self, progress: &mut Progress, world: &mut World<'_>) -> Status {
-        world.opening_to(progress.open_width_m);
-        match progress.stage {
-            OPEN => match grip::open(&mut progress.step, world) {
-                Status::Success => {
-                    progress.next();
-                    Status::Running
-                }
-                other => other,
-            },
-            _ => self.retract(progress, world),
-        }
+        self.bring().step(progress, world)
     }
 }

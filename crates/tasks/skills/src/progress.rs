@@ -51,8 +51,8 @@ pub struct Progress {
     pub open_width_m: f64,
     /// Since when it waits for a body that blocks it.
     pub waits: Option<PolicyTime>,
-    /// Slot of a place, chosen at the start.
-    pub slot: Option<u16>,
+    /// Another object in the gripper, which is brought back first.
+    pub put_back: Option<u16>,
     /// Decisions in a row in which the object was not in the gripper.
     pub missed: u32,
 }

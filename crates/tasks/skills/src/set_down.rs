@@ -13,6 +13,24 @@ use crate::world::World;
 /// finger tips to the table before it is down.
 const RAISED_M: [f64; 3] = [0.0, 0.002, 0.005];
 
+/// Slots whose heights differ by less are in one layer (m).
+const SAME_LAYER_M: f64 = 0.001;
+/// Room between an object that is brought back and its neighbours (m).
+const ROOM_M: f64 = 0.06;
+/// Where an object is brought back to: to where it was, or beside that (in its own lengths, with
+/// room).
+const AROUND: [[f64; 2]; 9] = [
+    [0.0, 0.0],
+    [-1.0, 0.0],
+    [1.0, 0.0],
+    [0.0, -1.0],
+    [0.0, 1.0],
+    [-1.0, -1.0],
+    [-1.0, 1.0],
+    [1.0, -1.0],
+    [1.0, 1.0],
+];
+
 /// Further than they are apart fingers open to release an object beside neighbours (m).
 const RELEASED_M: f64 = 0.012;
 
@@ -51,7 +69,8 @@ impl World<'_> {
     }
 
     /// The TCP that sets the object in the gripper down in the next free slot of a place, of
-    /// all turns after which it looks the same the first that nothing excludes.
+    /// all turns after which it looks the same the first that nothing excludes. A slot that
+    /// another object blocks is left out, if there is another one in that layer.
     ///
     /// # Errors
     /// What excludes the first turn; `None` where no slot is free or the object is not in the
@@ -61,10 +80,57 @@ impl World<'_> {
         object: usize,
         place: usize,
     ) -> Result<Destination, Option<Exclusion>> {
-        let slot = self
-            .free_slot(object, place, PLACE_TOLERANCE_M)
-            .ok_or(None)?;
-        let goal = self.goal(object, place, slot).ok_or(None)?;
+        let mut first = None;
+        let mut layer_m = None;
+        for slot in self.free_slots(object, place, PLACE_TOLERANCE_M) {
+            let goal = self.goal(object, place, slot).ok_or(None)?;
+            // A slot above one that is not filled has no support.
+            let height_m = goal.position[2];
+            if (height_m - *layer_m.get_or_insert(height_m)).abs() > SAME_LAYER_M {
+                continue;
+            }
+            match self.set_down_at(object, goal) {
+                // Another object in the way may be in this slot only.
+                Err(Some(Exclusion::Object(name))) => {
+                    first = first.or(Some(Exclusion::Object(name)));
+                }
+                other => return other.map_err(|why| first.or(why)),
+            }
+        }
+        Err(first)
+    }
+
+    /// The TCP that sets the object in the gripper down where it was at the start of the run, or
+    /// near to it.
+    ///
+    /// # Errors
+    /// `None` where nothing is free.
+    pub(crate) fn way_back(&self, object: usize) -> Result<Destination, Option<Exclusion>> {
+        let scene = self.setup.grasping.scene_at_start();
+        let began = scene.and_then(|scene| scene.objects.get(object)?.pose);
+        let setup = self.object_setup(object).ok_or(None)?;
+        let [x, y, z] = began.ok_or(None)?.translation.vector.into();
+        // The height of its present side above the same support.
+        let z = z - setup.half_height_m + self.half_height(object);
+        let room = setup.longest_m + ROOM_M;
+        for [dx, dy] in AROUND {
+            let goal = Placement {
+                position: [x + dx * room, y + dy * room, z],
+                yaw: self.tool_yaw(),
+            };
+            if let Ok(found) = self.set_down_at(object, goal) {
+                return Ok(found);
+            }
+        }
+        Err(None)
+    }
+
+    /// The TCP that sets the object in the gripper down at `goal`.
+    fn set_down_at(
+        &self,
+        object: usize,
+        goal: Placement,
+    ) -> Result<Destination, Option<Exclusion>> {
         let ways = self.set_downs(object, goal, self.tool_yaw()).ok_or(None)?;
         let grasping = &self.setup.grasping;
         let scene = grasping.scene(self.arm, self.observation);

@@ -8,9 +8,9 @@ use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use cell_model::{Cell, suggest};
-use nalgebra::Vector3;
-use robocell_task::SetupError;
+use nalgebra::{Isometry3, Vector3};
 use robocell_task::job::Placement;
+use robocell_task::{Observation, SetupError};
 
 use crate::ability::{self, Need};
 use crate::settings::place::PlaceTable;
@@ -98,6 +98,16 @@ impl Setup {
             picks: Picks::default(),
             grasping: Grasping::of(cell),
         }
+    }
+
+    /// The first of `others` that `object` would touch if it were set down at `goal` (world frame).
+    pub fn blocker(
+        &self,
+        observation: &Observation<'_>,
+        set_down: (usize, &Isometry3<f64>),
+        others: impl Iterator<Item = usize>,
+    ) -> Option<usize> {
+        self.grasping.blocker(observation, set_down, others)
     }
 
     /// Adds a place that `[task]` does not have.

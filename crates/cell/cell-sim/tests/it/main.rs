@@ -13,6 +13,7 @@ mod cube;
 mod episodes;
 mod file_jobs;
 mod fill_bin;
+mod hands;
 mod palletize;
 mod pictures;
 mod placement;

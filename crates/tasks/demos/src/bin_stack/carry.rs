@@ -13,6 +13,7 @@ use super::job::{State, Turn};
 use super::paths::{self, Begin};
 use super::scene::{Bin, View};
 use super::supply::STEPS_PER_SECOND;
+use crate::failure::Failure;
 
 /// Carries the held bin to the station or to a column.
 pub(super) fn choose_way(turn: &mut Turn<'_>) -> Next {
@@ -95,15 +96,19 @@ fn flip(turn: &mut Turn<'_>, bin: &Bin, begin: Begin) -> Next {
 
 fn place(turn: &mut Turn<'_>, bin: &Bin, begin: Begin) -> Next {
     let view = View::of(turn);
-    // No free slot: people filled the columns by hand. The bin stays in the gripper.
-    let Some(slot) = view.next_slot() else {
-        return Next::Stay;
+    let slot = match view.next_slot(bin) {
+        Ok(slot) => slot,
+        Err(blocked) => {
+            wait_for_slot(turn, bin, blocked);
+            return Next::Stay;
+        }
     };
     let (i, j) = turn.own.order.column(slot.column);
     let (name, level) = (turn.name(bin.object), slot.level);
     turn.world.out.log(format_args!(
         "[decide] -> place {name} in column ({i}, {j}), level {level}"
     ));
+    turn.memory.waits = false;
     // The slot is kept: which slot is next changes as soon as a bin is seen in a column.
     turn.memory.slot = Some((slot.column, slot.level));
     let carry = turn.of.task.carry_height_m;
@@ -115,6 +120,33 @@ fn place(turn: &mut Turn<'_>, bin: &Bin, begin: Begin) -> Next {
     let route = raise(turn, paths::obstacles(view, bin), begin).avoiding(u64::MAX);
     paths::around_to(view, route, over).wait(settle).end();
     goto(State::Placing)
+}
+
+/// No slot is free: the bin stays in the gripper, and the job fails if that lasts.
+fn wait_for_slot(turn: &mut Turn<'_>, bin: &Bin, blocked: Option<(Slot, Bin)>) {
+    let name = turn.name(bin.object);
+    let why = no_slot(turn, blocked);
+    if !turn.memory.waits {
+        turn.memory.waits = true;
+        turn.arm.since = turn.now;
+        turn.arm.path.stop();
+        turn.world.out.log(format_args!("[wait] {name}: {why}"));
+    }
+    let why = format_args!("{name}: {why}");
+    if turn.is_late(turn.own.lost_after) {
+        turn.world.fail(Failure::PlaceTaken.reason(), why);
+    } else {
+        turn.world.note_wait(turn.arm.since, why);
+    }
+}
+
+/// Why there is no slot.
+pub(super) fn no_slot(turn: &Turn<'_>, blocked: Option<(Slot, Bin)>) -> String {
+    let Some((slot, bin)) = blocked else {
+        return "all columns are full".to_owned();
+    };
+    let (i, j) = turn.own.order.column(slot.column);
+    format!("column ({i}, {j}) is taken by {}", turn.name(bin.object))
 }
 
 pub(super) fn over_holder(turn: &mut Turn<'_>) -> Next {
@@ -135,14 +167,53 @@ pub(super) fn over_holder(turn: &mut Turn<'_>) -> Next {
     goto(State::Detach)
 }
 
+/// Over its column: down into the slot, unless that is no longer the next free one.
 pub(super) fn over_column(turn: &mut Turn<'_>) -> Next {
     let Some((column, level)) = turn.memory.slot else {
         return Next::Stay;
     };
+    if let Some(next) = elsewhere(turn) {
+        return next;
+    }
     let gap = turn.of.task.place_gap_m;
     let down = over_slot(turn, Slot { column, level }, gap);
     turn.route().slowly(down).end();
     goto(State::Detach)
+}
+
+/// On the way into a slot: stops before a bin that a person put there.
+pub(super) fn watch_slot(turn: &mut Turn<'_>) -> Next {
+    if turn.memory.turning || turn.memory.opening {
+        return Next::Stay;
+    }
+    elsewhere(turn).unwrap_or(Next::Stay)
+}
+
+/// Brings the held bin to another slot if a person changed the columns: its slot is taken, or is
+/// no longer the lowest of its column.
+fn elsewhere(turn: &mut Turn<'_>) -> Option<Next> {
+    let view = View::of(turn);
+    let bin = view.held()?;
+    if !turn.memory.waits {
+        let (column, level) = turn.memory.slot?;
+        let slot = Slot { column, level };
+        if view.next_slot(&bin).ok() == Some(slot) {
+            return None;
+        }
+        if let Some(other) = view.blocker(&bin, slot) {
+            let why = no_slot(turn, Some((slot, other)));
+            turn.world.out.log(format_args!("[taken] {why}"));
+        }
+        turn.world.job.counters.recoveries += 1;
+        turn.arm.since = turn.now;
+    }
+    let next = place(turn, &bin, Begin::Directly);
+    // The state may be that of the new path already.
+    Some(if turn.state == State::Placing {
+        Next::Stay
+    } else {
+        next
+    })
 }
 
 pub(super) fn open_gripper(turn: &mut Turn<'_>) -> Next {

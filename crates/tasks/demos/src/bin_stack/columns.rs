@@ -1,7 +1,7 @@
 //! Nine columns: the poses of their bins, and the order in which they are filled.
 
 use behavior::numbers::Numbers;
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, Translation3, Vector3};
 use robocell_skills::pose;
 
 use super::job::BinStackNumbers;
@@ -54,17 +54,15 @@ impl Order {
         (number % 3, number / 3)
     }
 
-    /// The slot that is filled next, if any is free.
-    pub(super) fn next(&self, taken: Occupied, levels: usize) -> Option<Slot> {
+    /// The slots that can be filled next, one for each column with room, in the order in which
+    /// they are filled.
+    pub(super) fn next(&self, taken: Occupied, levels: usize) -> impl Iterator<Item = Slot> {
         // Groups one after the other, and in each the lowest level first: a column that is
         // higher than its neighbours would be in the way of the tool.
-        self.groups.iter().find_map(|(first, end)| {
-            (0..levels).find_map(|level| {
-                let free = (*first..*end).find(|column| taken.height(*column) <= level);
-                free.map(|column| Slot {
-                    column,
-                    level: taken.height(column),
-                })
+        self.groups.iter().flat_map(move |(first, end)| {
+            (0..levels).flat_map(move |level| {
+                let columns = (*first..*end).filter(move |column| taken.height(*column) == level);
+                columns.map(move |column| Slot { column, level })
             })
         })
     }
@@ -149,6 +147,18 @@ impl Columns {
         Isometry3::from_parts(self.centre(order, slot).into(), yaw * over)
     }
 
+    /// Poses of a bin on its way down into `slot`, one height apart, from the slot up.
+    pub(super) fn way_down(
+        &self,
+        order: &Order,
+        slot: Slot,
+    ) -> impl Iterator<Item = Isometry3<f64>> {
+        let pose = self.pose(order, slot);
+        let heights = slot.level..=self.levels();
+        let steps = heights.scan(0.0, |up, _| Some(std::mem::replace(up, *up + 1.0)));
+        steps.map(move |step| Translation3::new(0.0, 0.0, self.height_m * step) * pose)
+    }
+
     /// The slot of a bin at `at`: upside down, aligned with the column, and near enough to its
     /// axis and to its height.
     pub(super) fn slot_of(&self, own: &BinStackNumbers, at: &Isometry3<f64>) -> Option<Slot> {
@@ -173,7 +183,7 @@ impl Columns {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{Translation3, UnitQuaternion};
+    use nalgebra::UnitQuaternion;
     use robocell_skills::matrix;
 
     use super::super::job::BinStack;
@@ -203,7 +213,7 @@ mod tests {
     fn diagonals_grow_level_by_level_and_one_after_the_other() {
         let (mut taken, order) = (Occupied::default(), own().order);
         let mut filled = Vec::new();
-        while let Some(slot) = order.next(taken, 4) {
+        while let Some(slot) = order.next(taken, 4).next() {
             taken.take(slot);
             filled.push((slot.column, slot.level));
         }
@@ -222,14 +232,12 @@ mod tests {
             taken.take(Slot { column, level });
         }
         assert_eq!(taken.height(0), 1);
-        let next = own().order.next(taken, 4);
-        assert_eq!(
-            next,
-            Some(Slot {
-                column: 0,
-                level: 1
-            })
-        );
+        let order = own().order;
+        let next: Vec<_> = order.next(taken, 4).collect();
+        let slot = |column, level| Slot { column, level };
+        // One slot of each column that has room: the lowest one.
+        assert_eq!(next[..3], [slot(0, 1), slot(2, 0), slot(1, 1)]);
+        assert_eq!(next.len(), 9);
     }
 
     #[test]

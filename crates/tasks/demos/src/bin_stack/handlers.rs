@@ -3,13 +3,13 @@
 
 use behavior::matrix::Next;
 use ipc_types::decision::Outcome;
-use robocell_skills::matrix::{SuctionPick as _, goto};
+use robocell_skills::matrix::goto;
 use robocell_skills::{Named as _, pose};
 use robocell_task::TraceEvent;
 use robocell_task::job::Attempts;
 
 use super::carry::{bring, out_of_holder, raise};
-use super::job::{BinStack, State, Turn};
+use super::job::{State, Turn};
 use super::paths::{self, Begin};
 use super::scene::View;
 use crate::failure::Failure;
@@ -87,7 +87,8 @@ pub(super) fn rest(turn: &mut Turn<'_>) -> Next {
     if let Some(attempts) = job.attempts_mut(0, object) {
         attempts.place += 1;
         if attempts.place > turn.of.task.max_attempts {
-            job.fail(Failure::BinCannotBePlaced.reason());
+            let why = format_args!("{name} does not stay where it is set down, again and again");
+            turn.world.fail(Failure::BinCannotBePlaced.reason(), why);
         }
     }
     Next::Stay
@@ -100,8 +101,9 @@ pub(super) fn give_up(turn: &mut Turn<'_>) -> Next {
     let dropped = turn.world.job.held.take_if(|_| lost);
     if let Some(object) = dropped {
         turn.note_drop(object, true);
-        // A bin that is lost again and again cannot be gripped.
-        BinStack::failed_again(turn);
+        // A bin that falls again and again would make an endless job.
+        let most = turn.of.task.max_attempts.saturating_add(1);
+        turn.count_failed_pick(object, most, Failure::BinCannotBeHeld.reason(), "was lost");
     } else {
         let name = turn.memory.bin.map_or("no bin", |bin| turn.name(bin));
         let state = turn.state.name();

@@ -142,6 +142,8 @@ pub(super) struct Memory {
     pub(super) in_hand: Option<KeptPose>,
     /// Its slot: column in the order of filling, level.
     pub(super) slot: Option<(usize, usize)>,
+    /// The bin in the gripper has no free slot.
+    pub(super) waits: bool,
     /// Suction was switched off to release the bin.
     pub(super) opening: bool,
     /// The bin that was released over its slot and not checked yet.
@@ -158,6 +160,7 @@ impl Memory {
         self.turning = false;
         self.in_hand = None;
         self.slot = None;
+        self.waits = false;
         self.opening = false;
     }
 }
@@ -197,6 +200,7 @@ impl MatrixJob for BinStack {
         ("choose_way", carry::choose_way),
         ("over_holder", carry::over_holder),
         ("over_column", carry::over_column),
+        ("watch_slot", carry::watch_slot),
         ("open_gripper", carry::open_gripper),
         ("count_or_regrip", carry::count_or_regrip),
         ("give_up", handlers::give_up),
@@ -287,7 +291,7 @@ impl SuctionPick for BinStack {
         let most = turn.of.task.max_attempts.saturating_add(1);
         let reason = Failure::BinCannotBeGripped.reason();
         let bin = turn.memory.bin;
-        bin.is_some_and(|bin| turn.count_failed_pick(bin, most, reason))
+        bin.is_some_and(|bin| turn.count_failed_pick(bin, most, reason, "was not gripped"))
     }
 
     fn give_up(turn: &mut Turn<'_>) -> Next {

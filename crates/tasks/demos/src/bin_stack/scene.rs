@@ -3,8 +3,8 @@
 use ipc_types::{GripperState, Pose};
 use nalgebra::{Isometry3, Vector3};
 use robocell_skills::matrix::{ArmNumbers, Seen};
-use robocell_skills::pose;
 use robocell_skills::setup::ARM;
+use robocell_skills::{Setup, pose};
 use robocell_task::Observation;
 
 use super::columns::{Occupied, Slot};
@@ -33,6 +33,7 @@ impl Bin {
 #[derive(Clone, Copy)]
 pub(super) struct View<'a> {
     pub(super) of: &'a BinStack,
+    setup: &'a Setup,
     pub(super) own: &'a BinStackNumbers,
     numbers: &'a ArmNumbers,
     observation: &'a Observation<'a>,
@@ -44,6 +45,7 @@ impl<'a> View<'a> {
     pub(super) fn of(turn: &Turn<'a>) -> Self {
         Self {
             of: turn.of,
+            setup: turn.world.setup,
             own: turn.own,
             numbers: turn.numbers,
             observation: turn.world.observation,
@@ -76,17 +78,50 @@ impl<'a> View<'a> {
     /// The bin to pick next: the one that waits on the belt, or one that was left outside of
     /// its place.
     pub(super) fn candidate(self) -> Option<Bin> {
+        // Strays first: one may be in the holder, which the next bin may need, or where the next
+        // bin belongs.
+        let next = self.stray().or_else(|| self.waiting())?;
         // Without a free slot no bin can be put anywhere.
-        self.next_slot()?;
-        // Strays first: one may be in the holder, which the next bin may need.
-        self.stray().or_else(|| self.waiting())
+        self.next_slot(&next).is_ok().then_some(next)
     }
 
-    /// The slot that is filled next, if any is free.
-    pub(super) fn next_slot(self) -> Option<Slot> {
-        self.own
-            .order
-            .next(self.occupied(), self.of.columns.levels())
+    /// The slot for `bin` that is filled next.
+    ///
+    /// # Errors
+    /// No slot is free: the first one that is empty, and the bin in its way, if there is any.
+    pub(super) fn next_slot(self, bin: &Bin) -> Result<Slot, Option<(Slot, Bin)>> {
+        let levels = self.of.columns.levels();
+        let mut blocked = None;
+        for slot in self.own.order.next(self.occupied(), levels) {
+            match self.blocker(bin, slot) {
+                None => return Ok(slot),
+                Some(other) => blocked = blocked.or(Some((slot, other))),
+            }
+        }
+        Err(blocked)
+    }
+
+    /// A bin outside of the slots, and in no gripper, that `bin` would touch in `slot` or on its
+    /// way down to it.
+    pub(super) fn blocker(self, bin: &Bin, slot: Slot) -> Option<Bin> {
+        let is_loose = |other: &Bin| {
+            let held = self.held().is_some_and(|held| held.object == other.object);
+            !held && self.slot(other).is_none()
+        };
+        // Bins above a gap of a column are in its way, too.
+        let above = |other: &Bin| {
+            let its = self.slot(other);
+            its.is_some_and(|its| its.column == slot.column && its.level >= slot.level)
+        };
+        let (columns, order) = (&self.of.columns, &self.own.order);
+        columns.way_down(order, slot).find_map(|pose| {
+            let others = self.bins().filter(|other| is_loose(other) || above(other));
+            let others = others.map(|other| other.object);
+            let found = self
+                .setup
+                .blocker(self.observation, (bin.object, &pose), others);
+            found.and_then(|object| self.bin(object))
+        })
     }
 
     /// The bin in the gripper.

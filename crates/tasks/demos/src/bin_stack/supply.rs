@@ -4,6 +4,7 @@ use cell_model::random::Random;
 use robocell_task::{Job, PolicyTime};
 use serde::{Deserialize, Serialize};
 
+use super::carry::no_slot;
 use super::job::{BinStack, Turn};
 use super::scene::View;
 use crate::failure::Failure;
@@ -71,12 +72,14 @@ pub(super) fn update(turn: &mut Turn<'_>) {
         memory.asked_at = Some(now);
         memory.next_at = None;
     }
-    let idle = all_came && !on_belt && job.held.is_none() && view.stray().is_none();
+    // A bin that waits at the end of the belt holds up those that are still to come.
+    let nothing_comes = view.waiting().is_some() || all_came && !on_belt;
+    let idle = nothing_comes && job.held.is_none() && view.candidate().is_none();
     note_lost(idle, turn);
 }
 
-/// Fails the job if all bins arrived, not all are in place and none can be picked; the first of
-/// those names the reason.
+/// Fails the job if not all bins are in place, none is to come and none can be picked; the reason
+/// is that of one that leans, else of the first one.
 fn note_lost(idle: bool, turn: &mut Turn<'_>) {
     let since = &mut turn.memory.supply.missing_since;
     if !idle {
@@ -88,13 +91,15 @@ fn note_lost(idle: bool, turn: &mut Turn<'_>) {
     }
     *since = None;
     let view = View::of(turn);
-    let left = view.bins().find(|bin| view.slot(bin).is_none());
+    let left = || view.bins().filter(|bin| view.slot(bin).is_none());
+    let left = left().find(|bin| !view.is_flat(bin)).or(left().next());
     let name = left.map_or("a bin", |bin| turn.name(bin.object));
-    let (failure, why) = match left {
-        Some(bin) if !view.is_flat(&bin) => (Failure::BinCannotBeGripped, "leans"),
-        Some(_) => (Failure::BinOutOfReach, "cannot be reached"),
-        None => (Failure::BinLost, "is missing"),
+    let (failure, why) = match left.map(|bin| (bin, view.next_slot(&bin))) {
+        Some((bin, _)) if !view.is_flat(&bin) => (Failure::BinCannotBeGripped, "leans".to_owned()),
+        Some((_, Err(blocked))) => (Failure::PlaceTaken, no_slot(turn, blocked)),
+        Some(_) => (Failure::BinOutOfReach, "cannot be reached".to_owned()),
+        None => (Failure::BinLost, "is missing".to_owned()),
     };
-    let why = format_args!("{name} {why}, and no other is left");
+    let why = format_args!("{name}: {why}, and no other is left");
     turn.world.fail(failure.reason(), why);
 }

@@ -184,7 +184,8 @@ pub(super) fn stop_tasks(turn: &mut Turn<'_>) -> Next {
     let line = format_args!("[timeout] {arm} did not arrive at its rest pose");
     turn.world.out.log(line);
     let reason = Failure::ArmDidNotArrive.reason();
-    let _failed = turn.count_failed_pick(of.bin, of.task.max_attempts, reason);
+    let what = "was not reached from the rest pose";
+    let _failed = turn.count_failed_pick(of.bin, of.task.max_attempts, reason, what);
     restore(turn)
 }
 

@@ -224,7 +224,7 @@ impl SuctionPick for FillBin {
     fn failed_again(turn: &mut Turn<'_>) -> bool {
         let (bin, most) = (turn.of.bin, turn.of.task.max_attempts);
         let reason = Failure::BinCannotBeGripped.reason();
-        turn.count_failed_pick(bin, most, reason)
+        turn.count_failed_pick(bin, most, reason, "was not gripped")
     }
 
     fn give_up(turn: &mut Turn<'_>) -> Next {

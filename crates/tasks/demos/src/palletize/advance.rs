@@ -12,7 +12,11 @@ use super::numbers::{Suction, Target};
 use super::policy::Palletizer;
 use super::scene::View;
 use super::table::{Facts, State, Trigger};
+use super::waits;
 use crate::failure::Failure;
+
+/// A bin nearer than this to its place is set down there (m).
+const COMMITTED_M: f64 = 0.05;
 
 impl Palletizer {
     pub(super) fn advance(&mut self, view: &View<'_>, job: &mut Job, out: &mut Output) {
@@ -49,7 +53,7 @@ impl Palletizer {
             self.adopt(bin, view, job, out);
         // Something else on the cup: suction could not attach a bin.
         } else if !view.cup_taken
-            && let Some(bin) = view.next_bin()
+            && let Some(bin) = waits::next_bin(view, job, out)
             && self.fire(Trigger::GoPick, facts, out)
         {
             // A bin that opens downward is gripped on its bottom, which is another sequence of
@@ -69,6 +73,9 @@ impl Palletizer {
         let gone = view.bin(work.bin).is_none();
         if gone || (sequence.holds(work.step) && view.attached != Some(work.bin)) {
             self.lost(&work, view, job, out);
+            return;
+        }
+        if work.kind.places() && self.changes_place(&mut work, view, job, out) {
             return;
         }
         let Some(step) = sequence.step(work.step) else {
@@ -98,6 +105,42 @@ impl Palletizer {
         }
     }
 
+    /// Whether the bin on the cup waits for a place, or goes to another one because a person put a
+    /// bin into its own.
+    fn changes_place(
+        &mut self,
+        work: &mut Work,
+        view: &View<'_>,
+        job: &mut Job,
+        out: &mut Output,
+    ) -> bool {
+        let sequence = view.setup.sequence(work.kind);
+        if !sequence.holds(work.step) {
+            return false;
+        }
+        let Some(slot) = work.slot else {
+            if waits::for_place(work, view, job, out) {
+                self.bring(work.bin, WorkKind::PlaceFromHome, view, job, out);
+            }
+            return true;
+        };
+        let off = view.off_place(work).map_or(0.0, |off| off.norm());
+        // So near to its place it touches whatever is in it: to lift it again would not help.
+        let blocker = (off > COMMITTED_M).then(|| view.blocker(work.bin, slot));
+        let Some(other) = blocker.flatten() else {
+            return false;
+        };
+        let (name, other) = (view.setup.name(work.bin), view.setup.name(other));
+        let place = slot + 1;
+        out.event(
+            TraceEvent::Recover,
+            format_args!("[taken] {name}: place {place} is taken by {other}"),
+        );
+        job.counters.recoveries += 1;
+        self.bring(work.bin, WorkKind::PlaceFromHome, view, job, out);
+        true
+    }
+
     /// Starts the first step of `kind`.
     fn begin(&mut self, bin: usize, kind: WorkKind, view: &View<'_>, job: &mut Job) {
         let from_belt = view.bin(bin).is_some_and(|seen| view.on_belt(&seen));
@@ -117,13 +160,9 @@ impl Palletizer {
             slot: None,
             creep: [0.0; 2],
         };
-        // Sequences that place need a slot from their first step on; without one no attempt can
-        // succeed.
-        if !kind.picks() && kind != WorkKind::Flip {
+        // Sequences that place need a slot from their first step on; without one they wait.
+        if kind.places() {
             choose_place(&mut work, view);
-            if work.slot.is_none() {
-                job.fail(Failure::BinCannotBePlaced.reason());
-            }
         }
         // A new key is a new goal: the controller must not count the arrival at the last one.
         job.newest_key += 1;
@@ -208,7 +247,8 @@ impl Palletizer {
             job.counters.drops += 1;
             // A bin that falls again and again would make an endless job.
             if count_failure(work, view, job) >= view.setup.task.max_attempts {
-                job.fail(Failure::BinCannotBeGripped.reason());
+                let why = format_args!("{name} was lost again and again");
+                fail(Failure::BinCannotBeHeld, why, job, out);
             }
         } else {
             job.counters.recoveries += 1;
@@ -232,7 +272,8 @@ impl Palletizer {
         let again = count_failure(work, view, job) < view.setup.task.max_attempts;
         // A gripper that does not open stays closed in another attempt, too.
         if !again || failure == Failure::GripperBlocked {
-            job.fail(failure.reason());
+            let why = format_args!("{name}: {step} was missed again and again");
+            fail(failure, why, job, out);
         // The bin is still on the cup: it is carried over the rest pose instead, another way to
         // its place.
         } else if sequence.holds(work.step) {
@@ -284,7 +325,7 @@ impl Palletizer {
 
 /// Chooses the slot of the bin on the cup, and the tool's pose there.
 fn choose_place(work: &mut Work, view: &View<'_>) {
-    work.slot = view.free_slot();
+    work.slot = view.free_slot(work.bin).ok();
     let slot = work.slot.and_then(|slot| view.setup.slots.get(slot));
     let (Some(slot), Some(bin)) = (slot, view.bin(work.bin)) else {
         return;
@@ -332,8 +373,20 @@ fn judge_place(work: &Work, view: &View<'_>, job: &mut Job, out: &mut Output) {
     out.log(format_args!("[missed] {name} is not in its place"));
     job.counters.recoveries += 1;
     if count_failure(work, view, job) >= view.setup.task.max_attempts {
-        job.fail(Failure::BinCannotBePlaced.reason());
+        let why = format_args!("{name} does not stay in its place");
+        fail(Failure::BinCannotBePlaced, why, job, out);
     }
+}
+
+/// Fails the job; `why` is for the log.
+pub(super) fn fail(
+    failure: Failure,
+    why: std::fmt::Arguments<'_>,
+    job: &mut Job,
+    out: &mut Output,
+) {
+    out.event(TraceEvent::Fault, format_args!("[failed] {why}"));
+    job.fail(failure.reason());
 }
 
 fn finished(out: &mut Output) {

@@ -28,10 +28,17 @@ pub(super) struct Work {
     pub(super) base: KeptPose,
     /// Joint positions at the start of the step (rad).
     pub(super) joints: [f64; MAX_JOINTS],
-    /// Its place on the pallet.
+    /// Its place on the pallet; one that shall be set down without a place waits for one.
     pub(super) slot: Option<usize>,
     /// How far the target has crept, x and y (m).
     pub(super) creep: [f64; 2],
+}
+
+impl Work {
+    /// Whether the bin shall be set down and has no place.
+    pub(super) fn waits(&self) -> bool {
+        self.kind.places() && self.slot.is_none()
+    }
 }
 
 /// A sequence of steps.
@@ -65,6 +72,11 @@ impl WorkKind {
     /// Whether it picks a bin, and does not start with one on the cup.
     pub(super) fn picks(self) -> bool {
         matches!(self, Self::Pick | Self::PickFlipped)
+    }
+
+    /// Whether it sets the bin down on the pallet.
+    pub(super) fn places(self) -> bool {
+        !self.picks() && self != Self::Flip
     }
 }
 

@@ -12,6 +12,7 @@ mod scene;
 mod setup;
 mod steps;
 mod table;
+mod waits;
 
 use std::sync::Arc;
 

@@ -51,6 +51,8 @@ impl Palletizer {
     /// The goal of the arm.
     fn intent(&mut self, view: &View<'_>, job: &Job) -> ArmIntent {
         let wanted = match self.step() {
+            // Without a place the arm stays where it is.
+            Some((work, _)) if work.waits() => None,
             Some((work, step)) => {
                 let go = step.table.go.as_ref();
                 go.and_then(|go| motion::waypoint(view, work, go))

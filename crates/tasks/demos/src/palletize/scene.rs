@@ -2,7 +2,7 @@
 
 use ipc_types::MAX_JOINTS;
 use ipc_types::world::OBJECT_ENABLED;
-use nalgebra::{Isometry3, Vector2, Vector3};
+use nalgebra::{Isometry3, Translation3, Vector2, Vector3};
 use robocell_skills::pose;
 use robocell_skills::setup::ARM;
 use robocell_task::{Observation, PolicyTime};
@@ -14,9 +14,8 @@ use super::table::Facts;
 
 /// A bin slower than this is at rest (m/s).
 const AT_REST_M_S: f64 = 0.05;
-/// A place on the pallet is occupied by anything this near to it, in it or beside it: nearer
-/// than to the next place (m).
-const BESIDE_M: f64 = 0.15;
+/// A bin that is set down must not touch another one this far above its place, either (bin heights).
+const WAY_DOWN: [f64; 3] = [0.0, 1.0, 2.0];
 
 /// An observed bin.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -108,17 +107,37 @@ impl<'a> View<'a> {
         })
     }
 
-    /// The place for the bin on the cup: the first free one.
-    pub(super) fn free_slot(&self) -> Option<usize> {
-        let mut slots = self.setup.slots.iter();
-        slots.position(|slot| {
-            !self.free().any(|(_, bin)| {
-                let off = bin.pose.translation.vector - slot.translation.vector;
-                off.x.abs() < 0.5 * BESIDE_M
-                    && off.y.abs() < BESIDE_M
-                    && off.z.abs() < 2.0 * BESIDE_M
-            })
-        })
+    /// The place for `bin`: the first free one.
+    ///
+    /// # Errors
+    /// No place is free: the first one without a bin in it, and the bin in its way.
+    pub(super) fn free_slot(&self, bin: usize) -> Result<usize, Option<(usize, usize)>> {
+        let mut blocked = None;
+        for slot in 0..self.setup.slots.len() {
+            if self.placed().any(|(_, taken)| taken == slot) {
+                continue;
+            }
+            match self.blocker(bin, slot) {
+                None => return Ok(slot),
+                Some(other) => blocked = blocked.or(Some((slot, other))),
+            }
+        }
+        Err(blocked)
+    }
+
+    /// A bin outside of all places that `bin` would touch in a place, or on its way down.
+    pub(super) fn blocker(&self, bin: usize, slot: usize) -> Option<usize> {
+        let (spec, slot) = (self.setup.bins.get(bin)?, self.setup.slots.get(slot)?);
+        let loose = || {
+            let loose = self.free().filter(|(_, seen)| self.slot_of(seen).is_none());
+            loose.filter_map(|(bin, _)| Some(self.setup.bins.get(bin)?.object))
+        };
+        let object = WAY_DOWN.into_iter().find_map(|heights| {
+            let up = Translation3::new(0.0, 0.0, heights * spec.shape.size.z);
+            let solids = &self.setup.solids;
+            solids.blocker(self.observation, (spec.object, &(up * slot)), loose())
+        })?;
+        self.setup.bins.iter().position(|bin| bin.object == object)
     }
 
     /// The offset from the bin of `work` to its place (m).
@@ -153,7 +172,7 @@ impl<'a> View<'a> {
     }
 
     /// The bin to pick next: one in the jig, then one outside of its place, then the first at
-    /// the end of the belt.
+    /// the end of the belt. One that leans cannot be gripped.
     pub(super) fn next_bin(&self) -> Option<usize> {
         let loose = || {
             self.present()
@@ -163,7 +182,8 @@ impl<'a> View<'a> {
         let jig = loose().find(|(_, bin)| self.in_jig(bin));
         let stray = || {
             loose()
-                .find(|(_, bin)| bin.speed < AT_REST_M_S && !self.on_belt(bin) && !self.in_jig(bin))
+                .filter(|(_, bin)| !self.on_belt(bin) && !self.in_jig(bin))
+                .find(|(_, bin)| bin.speed < AT_REST_M_S && lie(&bin.pose) != Lie::Tilted)
         };
         let belt = || {
             let [_, end] = self.setup.task.belt_y_m;
@@ -172,6 +192,18 @@ impl<'a> View<'a> {
             waiting.min_by(|(_, a), (_, b)| a.pose.translation.y.total_cmp(&b.pose.translation.y))
         };
         jig.or_else(stray).or_else(belt).map(|(bin, _)| bin)
+    }
+
+    /// A bin that is not in its place while no other is to come; first one that leans.
+    pub(super) fn left_over(&self) -> Option<usize> {
+        let loose = || {
+            self.present()
+                .filter(|(_, bin)| self.slot_of(bin).is_none())
+        };
+        let all_came = self.present().count() >= self.setup.wanted;
+        let leaning = loose().find(|(_, bin)| lie(&bin.pose) == Lie::Tilted);
+        let left = leaning.or_else(|| loose().next()).filter(|_| all_came);
+        left.map(|(bin, _)| bin)
     }
 
     /// Whether a bin waits at the end of the belt. Pushed on against the stop it would jam, and

@@ -7,7 +7,7 @@ use cell_model::{Cell, Shape};
 use ipc_types::MAX_JOINTS;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector2, Vector3};
 use robocell_skills::setup::{obstacle_bits, suction_arm};
-use robocell_skills::{Named as _, geometry::rotation};
+use robocell_skills::{Named as _, Setup, geometry::rotation};
 use robocell_task::SetupError;
 use robocell_task::settings::behaviour_text;
 
@@ -62,6 +62,8 @@ pub(super) struct PalletizeSetup {
     pub(super) jig: Isometry3<f64>,
     /// Obstacles that do not always count.
     pub(super) obstacles: ObstacleBits,
+    /// The shapes of all objects.
+    pub(super) solids: Setup,
     /// The machine.
     pub(super) table: Arc<Table>,
     sequences: [Sequence; 6],
@@ -102,6 +104,7 @@ impl PalletizeSetup {
                 rotation(task.jig.orientation_wxyz),
             ),
             obstacles: obstacles(cell)?,
+            solids: Setup::new(cell, []),
             table: Arc::new(behaviour(task, cell)?),
             sequences: WorkKind::ALL.map(|kind| Sequence::new(task, kind)),
             task: task.clone(),

@@ -136,7 +136,7 @@ impl<'w> Turn<'w> {
     pub fn note_drop(&mut self, cube: usize) {
         forget_held(self.world.job);
         self.world.note_drop(self.object(cube));
-        self.count_failed_pick(cube);
+        self.count_failed_pick(cube, Failure::CubeCannotBeGripped, "was lost");
     }
 
     /// Records that a cube moved while it was picked up. A gripper that pushes a cube away on
@@ -148,7 +148,8 @@ impl<'w> Turn<'w> {
         let seen = self.world.observation.object(object);
         let dragged = seen.is_some_and(|seen| seen.flags & OBJECT_DRAGGED != 0);
         if phase == Phase::Approach && !dragged {
-            self.count_failed_pick(cube);
+            let why = "moved when the gripper came";
+            self.count_failed_pick(cube, Failure::CubeCannotBeGripped, why);
         }
     }
 
@@ -169,7 +170,8 @@ impl<'w> Turn<'w> {
             self.stack.spec.max_attempts
         };
         let reason = Failure::CubeCannotBePlaced.reason();
-        self.world.count_failed_place(object, most, reason);
+        let why = "does not stay in its place";
+        self.world.count_failed_place(object, most, reason, why);
     }
 
     /// Records that the gripper does not open.
@@ -181,11 +183,11 @@ impl<'w> Turn<'w> {
         );
     }
 
-    fn count_failed_pick(&mut self, cube: usize) {
-        let reason = Failure::CubeCannotBeGripped.reason();
+    fn count_failed_pick(&mut self, cube: usize, failure: Failure, why: &str) {
         let most = self.stack.spec.max_attempts;
         let object = self.object(cube);
-        self.world.count_failed_pick(object, most, reason);
+        self.world
+            .count_failed_pick(object, most, failure.reason(), why);
     }
 
     /// Reports the state of the job: the phase, the outcome and the cubes in place.

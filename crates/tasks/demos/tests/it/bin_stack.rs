@@ -290,6 +290,68 @@ fn a_bin_that_people_put_into_its_slot_counts() {
     assert!((above.z - (-0.45 + 1.5 * HEIGHT)).abs() < 0.005, "{above}");
 }
 
+/// Puts a bin down (m), opening upward, with its long side along x.
+fn put(world: &mut World, bin: usize, at_m: [f64; 3]) {
+    let pose = Isometry3::from_parts(Translation3::from(at_m), UnitQuaternion::identity());
+    world.state.objects[bin].pose = pose::wire(&pose);
+    world.state.objects[bin].flags = OBJECT_ENABLED;
+}
+
+#[test]
+fn a_bin_in_the_next_slot_that_opens_upward_takes_it_and_is_turned_over_afterwards() {
+    let mut world = World::new(2);
+    while world.count("-> PLACING") == 0 {
+        world.step();
+    }
+    // On the way of the first bin to its slot a person sets the second one there.
+    put(&mut world, 1, [0.95, -0.63, -0.45 + 0.5 * HEIGHT]);
+    world.supplied = 2;
+    let decision = world.finish(|_| false);
+    assert_eq!((decision.placed_count, decision.drops), (2, 0));
+    assert_eq!(world.count("[taken] column (0, 0) is taken by bin_02"), 1);
+    // It lies across column (1, 0), too: the next one that is free is (0, 1).
+    let first = world.bin(0).translation.vector;
+    let off = (first.xy() - nalgebra::Vector2::new(0.95, -0.315)).norm();
+    assert!(off < 0.01, "{first}");
+    let second = world.bin(1);
+    assert!((second.translation.vector.x - 0.95).abs() < 0.01);
+    assert!((second.rotation * Vector3::z()).z < -0.999, "turned over");
+}
+
+#[test]
+fn without_a_free_slot_a_bin_waits_in_the_hand_and_the_job_names_what_is_in_the_way() {
+    let mut world = World::new(2);
+    while world.count("-> PLACING") == 0 {
+        world.step();
+    }
+    // A person holds bins over all columns.
+    let columns = (0..3_u8).flat_map(|j| (0..3_u8).map(move |i| (i, j)));
+    for (bin, (i, j)) in (10..).zip(columns) {
+        let at = [
+            0.95 - 0.215 * f64::from(i),
+            -0.63 + 0.315 * f64::from(j),
+            -0.1,
+        ];
+        put(&mut world, bin, at);
+    }
+    for _ in 0..100 {
+        world.step();
+    }
+    assert_eq!(
+        world.count("[wait] bin_01: column (0, 0) is taken by bin_11"),
+        1
+    );
+    assert!(world.held.is_some());
+    let decision = loop {
+        let decision = world.step();
+        if decision.outcome != Outcome::Running.code() {
+            break decision;
+        }
+    };
+    assert_eq!(decision.reason.as_str(), "place_taken");
+    assert_ne!(decision.goals[0].gripper, GripperGoal::Open.code());
+}
+
 #[test]
 fn a_bin_is_in_reach_by_its_distance_from_the_base_of_the_arm() {
     let picks = |base_m, at_m: [f64; 3]| {

@@ -159,9 +159,15 @@ impl<'t, J: MatrixJob> Turn<'t, J> {
         self.now.since(self.arm.since) > limit
     }
 
-    /// Counts a failed pick-up of an object. After `most` in a row the job fails with `reason`.
-    /// Returns whether it failed.
-    pub fn count_failed_pick(&mut self, object: usize, most: u32, reason: &str) -> bool {
+    /// Counts a failed pick-up of an object. After `most` in a row the job fails with `reason`;
+    /// `what` is what happened to it. Returns whether it failed.
+    pub fn count_failed_pick(
+        &mut self,
+        object: usize,
+        most: u32,
+        reason: &str,
+        what: &str,
+    ) -> bool {
         let attempts = self.world.attempts_mut(object);
         let failed = attempts.is_some_and(|attempts| {
             attempts.pick += 1;
@@ -169,7 +175,7 @@ impl<'t, J: MatrixJob> Turn<'t, J> {
         });
         if failed {
             let name = self.name(object);
-            let why = format_args!("{name} was not gripped again and again");
+            let why = format_args!("{name} {what} again and again");
             self.world.fail(reason, why);
         }
         failed

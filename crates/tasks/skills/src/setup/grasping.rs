@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use cell_model::{ArmSpec, Cell};
-use grasp::{Gripper, Reach, Scene};
+use grasp::{Gripper, Reach, Scene, touches};
 use ipc_types::Pose;
 use nalgebra::{Isometry3, Vector3};
 use robocell_task::Observation;
@@ -61,6 +61,26 @@ impl Grasping {
     ) -> Option<(f64, f64)> {
         let body = self.scene_at_start()?.objects.get(object)?;
         Some(body.extent(&isometry(pose), axis))
+    }
+
+    /// The first of `others` that `object` would touch if it were set down at `goal` (world frame);
+    /// one that is not in the cell is not in the way.
+    pub(crate) fn blocker(
+        &self,
+        observation: &Observation<'_>,
+        (object, goal): (usize, &Isometry3<f64>),
+        mut others: impl Iterator<Item = usize>,
+    ) -> Option<usize> {
+        let bodies = &self.scene_at_start()?.objects;
+        let body = bodies.get(object)?;
+        others.find(|other| {
+            let seen = observation.object(*other);
+            let seen = seen.filter(|seen| seen.flags & ipc_types::world::OBJECT_ENABLED != 0);
+            let both = seen.zip(bodies.get(*other));
+            both.is_some_and(|(seen, its)| {
+                *other != object && touches((body, goal), (its, &isometry(&seen.pose)))
+            })
+        })
     }
 
     /// The scene as `arm` sees it now: objects and other arms where they are.

@@ -109,6 +109,26 @@ impl World<'_> {
         (0..self.setup.arms.len()).any(|arm| self.held_by(arm) == Some(object))
     }
 
+    /// Whether any gripper holds an object or has not let go of it yet: fingers around it that are
+    /// not open.
+    pub fn is_in_hand(&self, object: usize) -> bool {
+        let is_between = |arm: usize| {
+            let gripper = self.observation.arm(arm).map(|arm| arm.gripper);
+            let seen = gripper.is_some_and(|of| of.beam_object as usize == object + 1);
+            seen && !self.is_open_of(arm) && self.is_near_tcp_of(arm, object)
+        };
+        (0..self.setup.arms.len()).any(|arm| self.held_by(arm) == Some(object) || is_between(arm))
+    }
+
+    /// Whether the centre of an object is as near to a TCP as in a gripper.
+    fn is_near_tcp_of(&self, arm: usize, object: usize) -> bool {
+        let longest = self.object_setup(object).map(|of| of.longest_m);
+        let both = self.observation.tcp(arm).zip(self.position(object));
+        both.zip(longest).is_some_and(|((tcp, its), longest)| {
+            (its - Vector3::from(tcp.position)).norm() < IN_GRIPPER_SIDES * longest
+        })
+    }
+
     /// Counts in `missed` for how many decisions in a row the arm has not held `object`;
     /// returns whether it is lost.
     pub fn is_lost(&self, object: usize, missed: &mut u32) -> bool {
@@ -129,16 +149,21 @@ impl World<'_> {
 
     /// Whether the gripper is open, or the suction off.
     pub fn is_open(&self) -> bool {
-        let Some(arm) = self.observation.arm(self.arm) else {
+        self.is_open_of(self.arm)
+    }
+
+    fn is_open_of(&self, arm: usize) -> bool {
+        let tool = self.setup.arms.get(arm).map_or(Tool::None, |arm| arm.tool);
+        let told = self.out.previous(arm).map(|told| told.open_width);
+        let Some(arm) = self.observation.arm(arm) else {
             return false;
         };
-        match self.tool() {
+        match tool {
             Tool::Fingers {
                 open_width_m,
                 open_tolerance_m,
                 ..
             } => {
-                let told = self.out.previous(self.arm).map(|told| told.open_width);
                 let wanted = told.filter(|width| *width > 0.0).unwrap_or(open_width_m);
                 arm.gripper.width >= wanted - open_tolerance_m
             }
@@ -177,7 +202,7 @@ impl World<'_> {
             let off = position - point;
             off.xy().norm() < tolerance_m && off.z.abs() < half
         }) && self.is_level(object)
-            && !self.is_held(object)
+            && !self.is_in_hand(object)
     }
 
     /// The centre and turn of an object in a slot, on the side on which it is now; `None` for a
@@ -202,13 +227,24 @@ impl World<'_> {
 
     /// The first slot of a place without another object.
     pub fn free_slot(&self, object: usize, place: usize, tolerance_m: f64) -> Option<usize> {
-        let slots = self.setup.places.get(place)?.slots.len();
+        self.free_slots(object, place, tolerance_m).next()
+    }
+
+    /// The slots of a place without another object, in their order.
+    pub(crate) fn free_slots(
+        &self,
+        object: usize,
+        place: usize,
+        tolerance_m: f64,
+    ) -> impl Iterator<Item = usize> + use<> {
+        let place_setup = self.setup.places.get(place);
+        let slots = place_setup.map_or(0, |place| place.slots.len());
         let others = (0..self.setup.objects.len()).filter(|other| *other != object);
         // A place has at most 64 slots, so the mask has a bit for each.
         let taken = others
             .filter_map(|other| self.slot_of(other, place, tolerance_m))
             .fold(0_u64, |taken, slot| taken | 1 << slot.min(63));
-        (0..slots).find(|slot| taken >> slot.min(&63) & 1 == 0)
+        (0..slots).filter(move |slot| taken >> slot.min(&63) & 1 == 0)
     }
 
     /// An object other than `object` and the held one that is so near that the tool would drag

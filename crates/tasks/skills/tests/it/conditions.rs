@@ -91,6 +91,20 @@ fn no_other_condition_holds_of_an_object_that_is_not_in_the_cell() {
 }
 
 #[test]
+fn an_object_is_not_in_its_place_until_the_fingers_around_it_are_open() {
+    let at = |width: f64| {
+        holds("At", json!({"place": "shelf"}), |bench| {
+            *bench.object(0) = SLOT;
+            let arm = &mut bench.state.arms[LEFT];
+            arm.tcp = crate::bench::pose(SLOT[0], SLOT[1], SLOT[2]);
+            // The pads have left it, and are on both sides of it.
+            (arm.gripper.width, arm.gripper.beam_object) = (width, 1);
+        })
+    };
+    assert_eq!([0.051, 0.06, 0.08].map(at), [false, false, true]);
+}
+
+#[test]
 fn uncovered_means_that_no_other_object_is_on_it_unless_a_gripper_has_that() {
     let on_top = |z: f64, holder: Option<usize>| {
         holds("Uncovered", json!({}), |bench| {

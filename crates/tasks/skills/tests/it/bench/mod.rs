@@ -28,6 +28,7 @@ pub(crate) struct Bench {
     tree: Tree<Station>,
     shared: Board,
     arm: usize,
+    began: Vec<[f64; 3]>,
     now: Duration,
     out: Output,
     decision: Box<Decision>,
@@ -65,6 +66,11 @@ impl Bench {
             tree,
             shared,
             arm,
+            began: cell
+                .objects
+                .iter()
+                .map(|of| of.pose.translation.vector.into())
+                .collect(),
             now: Duration::ZERO,
             out: Output::default(),
             decision: Box::new(Decision::zeroed()),
@@ -168,6 +174,11 @@ impl Bench {
     pub(crate) fn all(&self) -> Vec<Option<Value>> {
         let count = self.shared.keys().count();
         (0..count).map(|key| self.shared.value(key)).collect()
+    }
+
+    /// Where the cell file has an object.
+    pub(crate) fn setup_position(&self, object: usize) -> [f64; 3] {
+        self.began[object]
     }
 
     /// Where an object is.
