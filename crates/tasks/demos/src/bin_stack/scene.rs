@@ -197,12 +197,18 @@ impl<'a> View<'a> {
     /// holder, or placed badly.
     pub(super) fn stray(self) -> Option<Bin> {
         let floor = self.of.task.stack.first_m[2];
+        let taken = self.occupied();
+        // One above a gap of its column rests on a bin that does not belong there.
+        let is_stacked = |bin: &Bin| {
+            let slot = self.slot(bin);
+            slot.is_some_and(|slot| slot.level < taken.height(slot.column))
+        };
         self.bins().find(|bin| {
             let at = bin.position();
             let far = (at - self.of.base).xy().norm() > self.own.reach_m;
             let lies = bin.at_rest && self.is_flat(bin) && !far && at.z > floor;
             // A bin below another one is not taken: the upper one would fall.
-            lies && !self.on_belt(bin) && self.slot(bin).is_none() && !self.covered(bin)
+            lies && !self.on_belt(bin) && !is_stacked(bin) && !self.covered(bin)
         })
     }
 

@@ -108,7 +108,7 @@ fn of_bin_stack() -> Vec<Situation> {
             .begin(1, column(0.0, 0.0, 1.0), STACKED),
         stack("a bin is on its side in the first slot")
             .bins(2)
-            .begin(0, column(0.0, 0.0, 0.0), [FRAC_PI_2, 0.0])
+            .begin(0, column(0.0, 0.0, 0.25), [FRAC_PI_2, 0.0])
             .or(&["bin_cannot_be_gripped"]),
     ]
 }
@@ -147,7 +147,7 @@ fn of_palletize() -> Vec<Situation> {
             .begin(0, place(1.0, 1.0), UPRIGHT),
         pallet("a bin is on its side")
             .bins(2)
-            .begin(0, place(0.0, 0.0), [FRAC_PI_2, 0.0])
+            .begin(0, [1.05, -0.62, -0.395], [FRAC_PI_2, 0.0])
             .or(&["bin_cannot_be_gripped"]),
     ]
 }
