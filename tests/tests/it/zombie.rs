@@ -9,7 +9,8 @@ use ipc_types::{ArmCommand, ArmStatus, Health, WorldState};
 use robocell_tests::cell::{TestCell, pid};
 use robocell_tests::program::wait_for;
 
-/// The command of the process `zombie` again, for the next generation.
+/// The command of the process `zombie` again, for the next generation. The run file is its
+/// standard input.
 fn successor(zombie: u32) -> Child {
     let line = std::fs::read(format!("/proc/{zombie}/cmdline")).unwrap();
     let words: Vec<&str> = line
@@ -20,6 +21,8 @@ fn successor(zombie: u32) -> Child {
         .collect();
     let mut command = Command::new(words[0]);
     command.args(&words[1..]).stdout(Stdio::null());
+    let run_file = std::fs::File::open(format!("/proc/{zombie}/fd/0")).unwrap();
+    command.stdin(run_file);
     command.stderr(Stdio::null()).spawn().unwrap()
 }
 

@@ -145,8 +145,10 @@ pub struct Failed {
     pub settings: Vec<Setting>,
     /// Options of `robocell run` for its policy server.
     pub server: Vec<String>,
-    /// How it ended, and why if that is known.
+    /// How it ended, and why if that is known: for people.
     pub reason: String,
+    /// The stable name of the reason, if it has one.
+    pub name: Option<String>,
     /// The reason, or the newest fault, in a sentence.
     pub message: Option<String>,
     /// Simulated time (s).
@@ -176,6 +178,7 @@ pub fn episodes(path: &Path) -> Result<Episodes, EvaluationError> {
         settings: settings(&row.set).chain(settings(&row.drawn)).collect(),
         server: server_options(row),
         reason: row.reason(),
+        name: row.reason.clone(),
         message: row.message.clone(),
         sim_time_s: row.sim_time_s,
         state_hash: row.state_hash.clone(),

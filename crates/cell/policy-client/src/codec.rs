@@ -304,16 +304,7 @@ fn numpy(value: &Value) -> Result<Rows, AnswerError> {
             "\"actions\" is an array without data, dtype or shape",
         ));
     };
-    let size: usize = match kind {
-        "<f4" | "float32" => 4,
-        "<f8" | "float64" => 8,
-        _ => {
-            let allowed = "float32 and float64 are allowed";
-            return Err(invalid(format!(
-                "\"actions\" has the dtype {kind:?}; {allowed}"
-            )));
-        }
-    };
+    let size = size_of(kind)?;
     let (rows, width) = match shape.as_slice() {
         [width] => (1, *width),
         [rows, width] => (*rows, *width),
@@ -350,6 +341,20 @@ fn numpy(value: &Value) -> Result<Rows, AnswerError> {
     };
     let width = usize::try_from(width).unwrap_or(usize::MAX);
     Ok(numbers.chunks(width).map(<[f32]>::to_vec).collect())
+}
+
+/// Bytes of a number of this dtype.
+fn size_of(kind: &str) -> Result<usize, AnswerError> {
+    match kind {
+        "<f4" | "float32" => Ok(4),
+        "<f8" | "float64" => Ok(8),
+        _ => {
+            let allowed = "float32 and float64 are allowed";
+            Err(invalid(format!(
+                "\"actions\" has the dtype {kind:?}; {allowed}"
+            )))
+        }
+    }
 }
 
 /// Text, also as a byte string.

@@ -26,16 +26,11 @@ use crate::bisect::Found;
 use crate::camera::{self, CameraArgs};
 use crate::checked::Checked;
 use crate::evaluate::{self, EvalArgs};
+use crate::exit::{CONFIGURATION, TASK_FAILED};
 use crate::failure::CliError;
 use crate::inspect::{self, InspectError, Kind};
 use crate::output::{counted, print_json, print_line};
 use crate::progress::Progress;
-
-/// A task that failed or timed out; a recording that differs.
-// Apart from 2, with which the parser of the command line ends.
-const TASK_FAILED: u8 = 5;
-/// A file or a name that cannot be used.
-pub(crate) const CONFIGURATION: u8 = 3;
 
 #[derive(Parser)]
 #[command(about = "A task program: robocell starts it as the task of a cell")]

@@ -20,6 +20,7 @@ use evaluation::shard::Shard;
 use robocell_task::Task;
 
 use crate::bisect::{self, Search};
+use crate::exit::STOPPED;
 use crate::failure::CliError;
 use crate::inspect;
 use crate::output::{counted, print_json, print_line};
@@ -28,10 +29,6 @@ use crate::reached::{self, Reached};
 use crate::recordings::Recordings;
 use crate::rows::{self, Order, RowsError};
 use crate::warned::Warned;
-
-/// Exit code of a stopped evaluation, as shells report one that SIGINT ended.
-// Apart from 0 and 5: the same command, repeated, resumes.
-const STOPPED: u8 = 130;
 
 /// What to run.
 #[derive(Args)]

@@ -14,6 +14,7 @@ mod camera;
 mod checked;
 mod cli;
 mod evaluate;
+mod exit;
 mod failure;
 pub mod inspect;
 mod message_file;

@@ -8,7 +8,7 @@ use cell_model::runs::summary::RunSummary;
 use evaluation::EvaluationError;
 use evaluation::report;
 
-use crate::cli::CONFIGURATION;
+use crate::exit::CONFIGURATION;
 use crate::rows::{Order, Written};
 
 /// Episodes, and those that did not reach their server.
@@ -54,7 +54,7 @@ pub(crate) fn code_of_rows(
     }
     let rows = report::episodes(out)?;
     let mut failed = rows.failed.iter();
-    if !rows.times_s.is_empty() || !failed.all(|row| row.reason == UNREACHABLE) {
+    if !rows.times_s.is_empty() || !failed.all(|row| row.name.as_deref() == Some(UNREACHABLE)) {
         return Ok(ExitCode::SUCCESS);
     }
     cell_worker::warn(format_args!(

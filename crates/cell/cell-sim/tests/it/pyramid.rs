@@ -125,7 +125,7 @@ fn a_cube_out_of_reach_is_waited_for_until_it_comes_back() {
 
 #[test]
 fn a_cube_that_one_arm_lacks_and_only_the_other_reaches_is_handed_over() {
-    let script = r#"{"at_s": 20.0, "do": "drag", "object": "cube_1", "to": [0.60, 0.0, 0.025], "for_s": 1.5}"#;
+    let script = r#"{"at_s": 20.0, "do": "drag", "object": "cube_1", "to": [0.57, 0.0, 0.025], "for_s": 1.5}"#;
     let run = Run::new(0, script).finish();
     assert!(
         run.count("out of the way") > 0 && run.count("there is work again") > 0,

@@ -5,7 +5,7 @@ use std::fmt::{self, Write as _};
 use super::QUOTED;
 
 /// Bytes of a text that are kept: a character has at most four.
-const KEPT: usize = 4 * QUOTED;
+const TAIL_BYTES: usize = 4 * QUOTED;
 
 /// The end of a text of any length, as it is written.
 // The text of binary data is five times as long as the data.
@@ -27,16 +27,16 @@ impl Tail {
 impl fmt::Write for Tail {
     fn write_str(&mut self, text: &str) -> fmt::Result {
         self.0.push_str(end_of(text));
-        if self.0.len() > 4 * KEPT {
+        if self.0.len() > 4 * TAIL_BYTES {
             self.0 = end_of(&self.0).to_owned();
         }
         Ok(())
     }
 }
 
-/// The last [`KEPT`] bytes of a text, without a part of a character.
+/// The last [`TAIL_BYTES`] bytes of a text, without a part of a character.
 fn end_of(text: &str) -> &str {
-    let start = text.len().saturating_sub(KEPT);
+    let start = text.len().saturating_sub(TAIL_BYTES);
     let mut starts = start..=text.len();
     let start = starts.find(|at| text.is_char_boundary(*at));
     start.map_or("", |start| &text[start..])
