@@ -216,14 +216,6 @@ impl Run<'_> {
                 turn_us,
             } => process(of, arms)
                 .is_some_and(|of| model.slow_down(of, turn_us * 1000, until(*for_ms))),
-            Fault::Full { for_ms } => {
-                model.fill(until(*for_ms));
-                true
-            }
-            Fault::SlowDisk { for_ms, write_ms } => {
-                model.slow_disk(*write_ms, until(*for_ms));
-                true
-            }
             Fault::FailedStart { process: of } => process(of, arms).is_some_and(|of| {
                 model.fail_start(of);
                 model.kill(of, None)
@@ -239,27 +231,14 @@ impl Run<'_> {
                 self.launcher_ns = self.launcher_ns.max(until(*for_ms));
                 true
             }
-            Fault::DamageFile { file, draw } => model.damage_file(file, *draw),
-            Fault::CutWrite { steps } => {
-                model.cut_write(*steps);
-                model.exists(Process::Physics)
-            }
-            Fault::Preempt {
-                process: of,
-                for_ms,
-                gap_us,
-            } => {
-                process(of, arms).is_some_and(|of| model.preempt(of, gap_us * 1000, until(*for_ms)))
-            }
-            Fault::Damage { topic, draw } => {
-                model.disturb(topic, Disturbance::Damage { draw: *draw })
-            }
-            Fault::Repeat { topic, after } => {
-                model.disturb(topic, Disturbance::Again { after: *after })
-            }
-            Fault::Late { topic, after } => {
-                model.disturb(topic, Disturbance::Late { after: *after })
-            }
+            Fault::Full { .. }
+            | Fault::SlowDisk { .. }
+            | Fault::DamageFile { .. }
+            | Fault::CutWrite { .. }
+            | Fault::Preempt { .. }
+            | Fault::Damage { .. }
+            | Fault::Repeat { .. }
+            | Fault::Late { .. } => disturb(&mut model, arms, now_ns, fault),
         }
     }
 
@@ -290,5 +269,36 @@ impl Run<'_> {
         if self.outcome.failed.is_none() {
             self.outcome.failed = found;
         }
+    }
+}
+
+/// Disturbs the disk, files, messages and turns; false where there is nothing to disturb.
+fn disturb(model: &mut Model, arms: u8, now_ns: u64, fault: &Fault) -> bool {
+    match fault {
+        Fault::Full { for_ms } => {
+            model.fill(now_ns + for_ms * MS);
+            true
+        }
+        Fault::SlowDisk { for_ms, write_ms } => {
+            model.slow_disk(*write_ms, now_ns + for_ms * MS);
+            true
+        }
+        Fault::DamageFile { file, draw } => model.damage_file(file, *draw),
+        Fault::CutWrite { steps } => {
+            model.cut_write(*steps);
+            model.exists(Process::Physics)
+        }
+        Fault::Preempt {
+            process: of,
+            for_ms,
+            gap_us,
+        } => process(of, arms)
+            .is_some_and(|of| model.preempt(of, gap_us * 1000, now_ns + for_ms * MS)),
+        Fault::Damage { topic, draw } => model.disturb(topic, Disturbance::Damage { draw: *draw }),
+        Fault::Repeat { topic, after } => {
+            model.disturb(topic, Disturbance::Again { after: *after })
+        }
+        Fault::Late { topic, after } => model.disturb(topic, Disturbance::Late { after: *after }),
+        _ => false,
     }
 }

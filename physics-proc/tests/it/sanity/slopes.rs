@@ -20,7 +20,7 @@ const ALL_TURNS: [f64; 8] = [0.0, 10.0, 22.5, 30.0, 45.0, 60.0, 75.0, 90.0];
 struct Slope {
     scene: Scene,
     plane: Isometry3<f64>,
-    slope: f64,
+    angle: f64,
     placed: Vec<(String, usize)>,
 }
 
@@ -34,7 +34,7 @@ impl Slope {
         Self {
             scene,
             plane,
-            slope,
+            angle: slope,
             placed: Vec::new(),
         }
     }
@@ -65,7 +65,7 @@ impl Slope {
     }
 
     fn start(self) -> (Running, Isometry3<f64>, f64, Vec<(String, usize)>) {
-        (self.scene.start(), self.plane, self.slope, self.placed)
+        (self.scene.start(), self.plane, self.angle, self.placed)
     }
 }
 
@@ -155,7 +155,7 @@ fn what_overhangs_an_edge_slides_as_any_other() {
     let slope = Slope {
         scene,
         plane,
-        slope: angle,
+        angle,
         placed,
     };
     check_sliding(slope, friction);

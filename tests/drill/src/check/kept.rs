@@ -46,7 +46,7 @@ impl Check for Physics {
             }
             Seen::Health(Process::Physics, health) => self.warned |= health.fault().is_some(),
             Seen::Fault(Fault::Full { .. } | Fault::SlowDisk { .. } | Fault::DamageFile { .. }) => {
-                self.had_disk_fault = true
+                self.had_disk_fault = true;
             }
             Seen::State(state) => return self.state(state),
             _ => {}

@@ -37,7 +37,7 @@ impl Model {
                 Some(slots) => Changed::Bit(slots.flip(draw)?),
                 None => Changed::Bytes(self.disk.flip(draw)?),
             };
-            Some(Damage { file: *file, of })
+            Some(Damage { file, of })
         });
         let is_damaged = damaged.is_some();
         self.damages.extend(damaged);

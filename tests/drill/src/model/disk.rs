@@ -71,9 +71,7 @@ impl Disk {
     /// The steps after which the write that began is cut, if one has to be.
     pub(super) fn take_cut(&self) -> Option<u64> {
         let mut inner = self.inner.borrow_mut();
-        if inner.pending.is_none() {
-            return None;
-        }
+        inner.pending.as_ref()?;
         inner.cut.take()
     }
 

@@ -1,7 +1,7 @@
 //! Arms of other people, from their URDF alone, in a cell of one process.
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use cell_model::{Data, Robot, RobotFiles};
 use cell_sim::OneProcess;
@@ -39,11 +39,11 @@ fn write_urdf(name: &str, mass: f64, joints: &[Joint<'_>]) -> PathBuf {
 }
 
 /// The robot in the demo `reach`.
-fn cell(urdf: PathBuf) -> (Robot, OneProcess) {
+fn cell(urdf: &Path) -> (Robot, OneProcess) {
     let mut spec = template("reach", "follow");
     spec.time_limit_s = Some(100.0);
     spec.robot = Some(RobotFiles {
-        urdf: urdf.clone(),
+        urdf: urdf.to_path_buf(),
         ..RobotFiles::default()
     });
     let cell = spec.load_cell_from(&Data::checkout()).unwrap();
@@ -83,7 +83,7 @@ fn the_second_bar_of_a_parallelogram_follows_the_first_under_load() {
             ("revolute", "0 0 1", TURNS),
         ],
     );
-    let (robot, mut sim) = cell(urdf);
+    let (robot, mut sim) = cell(&urdf);
     assert_eq!(robot.arm_joint_names(), ["j1", "j2", "j4", "j5", "j6"]);
     // The range of the first bar is what both have in common.
     assert_eq!((robot.joints[1].lower, robot.joints[1].upper), (-2.3, 2.5));
@@ -144,7 +144,7 @@ fn links_without_inertia_about_one_axis_move() {
         .replace(origin, "xyz='0 -0.0575318 0.0134998'")
         .replace(inertia, "ixx='0' iyy='0.0575321' izz='0.0195'");
     std::fs::write(&urdf, rods).unwrap();
-    let (robot, mut sim) = cell(urdf);
+    let (robot, mut sim) = cell(&urdf);
     sim.tick().unwrap();
     let off = off_after(&robot, &mut sim, 0.6, 3_000);
     assert!(off < 5e-3, "{off} m off");
@@ -156,7 +156,7 @@ fn a_sliding_joint_with_a_short_stroke_goes_where_it_is_sent() {
         let slides = format!("<limit lower='0' upper='{stroke}' velocity='0.5' effort='500'/>");
         let name = format!("stroke_{stroke}");
         let urdf = write_urdf(&name, 1.0, &[("prismatic", "1 0 0", &slides)]);
-        let (robot, mut sim) = cell(urdf);
+        let (robot, mut sim) = cell(&urdf);
         sim.tick().unwrap();
         for part in [0.5, 0.9, 0.1] {
             let off = off_after(&robot, &mut sim, part, 2_000);
@@ -170,7 +170,7 @@ fn a_telescope_of_four_sections_and_a_wrist_reach_their_poses() {
     let slides = "<limit lower='0' upper='0.13' velocity='1' effort='100'/>";
     let mut joints = vec![("prismatic", "1 0 0", slides); 4];
     joints.push(("revolute", "0 0 1", TURNS));
-    let (robot, mut sim) = cell(write_urdf("telescope", 0.5, &joints));
+    let (robot, mut sim) = cell(&write_urdf("telescope", 0.5, &joints));
     sim.tick().unwrap();
     for part in [0.5, 0.9, 0.1] {
         let off = off_after(&robot, &mut sim, part, 4_000);
@@ -193,7 +193,7 @@ fn an_arm_that_starts_in_the_floor_moves_and_a_warning_says_so() {
         .replace("<origin xyz='0 0 0.3'/>", "<origin xyz='0 0 -0.1'/>")
         .replace("<inertial>", shape);
     std::fs::write(&urdf, leg).unwrap();
-    let (robot, mut sim) = cell(urdf);
+    let (robot, mut sim) = cell(&urdf);
     let said = sim.take_warnings().join("\n");
     assert!(
         said.contains("inside fixture 'floor' with l1, l2, l3"),
@@ -210,7 +210,7 @@ fn a_heavy_arm_without_efforts_in_its_file_follows() {
     let turns = "<limit lower='-2.5' upper='2.5' velocity='2'/>";
     let mut joints = vec![("revolute", "0 1 0", turns); 5];
     joints[0].1 = "0 0 1";
-    let (robot, mut sim) = cell(write_urdf("heavy", 900.0, &joints));
+    let (robot, mut sim) = cell(&write_urdf("heavy", 900.0, &joints));
     sim.tick().unwrap();
     // Drives that are too weak swing, and are 0.45 m off.
     let off = off_after(&robot, &mut sim, 0.65, 5_000);

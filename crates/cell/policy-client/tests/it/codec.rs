@@ -183,7 +183,7 @@ fn values_of_every_kind_are_counted_with_their_length() {
             &b"\x82\xa1k"[..],
             kind,
             b"\xa7actions\xdd\0\x02\0\0",
-            &[1; 0x2_0000],
+            &vec![1; 0x2_0000],
         ]
         .concat();
         let error = actions(Convention::OpenPi, &many).unwrap_err().to_string();

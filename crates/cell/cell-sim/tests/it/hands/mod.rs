@@ -67,10 +67,11 @@ impl Situation {
 
     /// A person pulls an object to a point (m).
     fn pull(mut self, at_s: f64, object: &str, to: [f64; 3], for_s: f64) -> Self {
-        self.script += &format!(
+        let line = format!(
             "{{\"at_s\": {at_s:.3}, \"do\": \"drag\", \"object\": \"{object}\", \
              \"to\": {to:?}, \"for_s\": {for_s:.3}}}\n"
         );
+        self.script.push_str(&line);
         self
     }
 
