@@ -160,7 +160,7 @@ pub fn search_all(
 /// Searches the tree with the changes of the patch file at `patch`.
 ///
 /// # Errors
-/// As [`Bug::search`].
+/// As [`search_all`].
 pub fn search_patch(patch: &Path, minutes: f64) -> Result<Found, String> {
     let patch = patch.canonicalize().map_err(|error| say(patch, error))?;
     let tree = copy_of_tree()?;

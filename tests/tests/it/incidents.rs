@@ -129,6 +129,8 @@ fn a_kill_by_a_script_is_an_incident_also_in_lockstep() {
     let all = incident(base.path(), &[]);
     let what = &all["incidents"][0]["what"];
     assert_eq!(what, "task was killed by the script", "{all}");
+    // Physics waits at that tick until the launcher has killed it.
+    assert_eq!(all["incidents"][0]["sim_time_s"], 1.0, "{all}");
 }
 
 #[test]

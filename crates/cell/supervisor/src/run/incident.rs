@@ -39,6 +39,8 @@ pub(super) struct IncidentRecorder {
     head: Head,
     recording: PathBuf,
     open: Option<Open>,
+    /// Time of the newest state (s).
+    sim_time_s: f64,
     /// Which start of each process worked last, in the order of `processes`.
     generations: Vec<u32>,
     /// Events of each process of which an incident was kept, with its start.
@@ -93,6 +95,7 @@ impl IncidentRecorder {
             },
             recording: spec.record.flight_dir.clone(),
             open: None,
+            sim_time_s: 0.0,
             generations: vec![1; processes.len()],
             reported: vec![(1, 0); processes.len()],
             faults: 0,
@@ -111,6 +114,8 @@ impl IncidentRecorder {
             what.clone_into(&mut self.head.what);
             self.head.also.clear();
             self.head.at = wall_clock();
+            // Once: while the incident is open, simulated time continues.
+            self.head.sim_time_s = self.sim_time_s;
             self.head.complete = false;
         } else {
             self.head.also.push(what.to_owned());
@@ -137,7 +142,7 @@ impl IncidentRecorder {
     /// Takes note of what was heard, and completes an incident when its time is over.
     pub(super) fn turn(&mut self, now_ns: u64, watch: &Watch) {
         if let Some(state) = watch.state() {
-            self.head.sim_time_s = state.header.sim_time_ns as f64 * 1.0e-9;
+            self.sim_time_s = state.header.sim_time_ns as f64 * 1.0e-9;
             let count = (state.arm_count as usize).min(state.arms.len());
             let at_fault = |arm: &usize| state.arms[*arm].fault != 0;
             let faults = (0..count)
