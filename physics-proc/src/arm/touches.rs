@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 use rapier3d_f64::prelude::*;
 
 use crate::arm::multibody::Arm;
+use crate::engine::contacts::partner;
 use crate::engine::convert;
 use crate::engine::tag::Tag;
 
@@ -61,11 +62,7 @@ fn other(
     pair: &ContactPair,
     own: ColliderHandle,
 ) -> Option<Touched> {
-    let handle = if pair.collider1 == own {
-        pair.collider2
-    } else {
-        pair.collider1
-    };
+    let handle = partner(pair, own);
     let collider = world.colliders.get(handle)?;
     match Tag::decode(collider.user_data) {
         Tag::Object(object) => Some(Touched::Object(object)),

@@ -82,11 +82,7 @@ impl Contacts {
             .contact_pairs_with(collider)
             .filter(|pair| pair.has_any_active_contact())
         {
-            let other = if pair.collider1 == collider {
-                pair.collider2
-            } else {
-                pair.collider1
-            };
+            let other = partner(pair, collider);
             // Contacts with fixtures and arms neither hold an object nor keep it awake.
             let Some(Tag::Object(object)) =
                 world.colliders.get(other).map(|c| Tag::decode(c.user_data))
@@ -105,6 +101,15 @@ impl Contacts {
                 *force += pressing_impulse(pair, axis) / TICK_S;
             }
         }
+    }
+}
+
+/// The other collider of a pair of `collider`.
+pub(crate) fn partner(pair: &ContactPair, collider: ColliderHandle) -> ColliderHandle {
+    if pair.collider1 == collider {
+        pair.collider2
+    } else {
+        pair.collider1
     }
 }
 

@@ -2,10 +2,9 @@
 //!
 //! The engine computes the impulse that would end the slip `v` of a contact point, `K^-1 v` with
 //! the 2x2 inverse effective mass `K` of its tangents, and shortens it to the friction limit. At
-//! the corner of a face `K` has an off-diagonal element, so that impulse is not along `v`: what
-//! slides is held by less than its friction (0.540 for 0.6, a box of 100x100x50 mm on a slope)
-//! and is turned. A surface velocity of `(K / k - I) v`, with the larger eigenvalue `k` of `K`,
-//! makes it `v / k`. It vanishes with the slip, so what is at rest is solved as before (ADR 40).
+//! the corner of a face `K` has an off-diagonal element, so that impulse is not along `v`: a box
+//! of 100x100x50 mm on a slope is held by 0.540 instead of 0.6, and turned. A surface velocity of `(K / k - I) v`, with the larger eigenvalue `k` of `K`,
+//! makes it `v / k`. It vanishes with the slip, so contacts at rest are solved as before (ADR 40).
 
 use rapier3d_f64::prelude::*;
 

@@ -1,5 +1,5 @@
-//! What the engine is told about each contact before it solves it: the velocity of a belt's
-//! surface, and the direction of friction.
+//! Changes to each contact before the engine solves it: the velocity of a belt's surface, and
+//! the direction of friction.
 
 use rapier3d_f64::prelude::*;
 

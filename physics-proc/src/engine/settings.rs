@@ -51,9 +51,9 @@ pub(crate) fn empty_world() -> PhysicsWorld {
     p.num_internal_stabilization_iterations = ITERATIONS;
     p.contact_softness = SpringCoefficients::new(CONTACT_HZ, 1.0);
     p.static_contact_softness = SpringCoefficients::new(STATIC_CONTACT_HZ, 1.0);
-    // Friction against a velocity that corrects depth turns what is held: by 5 mm in 10 s. What
-    // friction holds moves instead by its change of acceleration times the square of a tick,
-    // 10 um at 10 m/s^2, and back with it.
+    // Friction against a velocity that corrects depth turns a held object, by 5 mm in 10 s.
+    // Without it an object held by friction moves by its change of acceleration times the square
+    // of a tick, 10 um at 10 m/s^2, and back with it.
     p.friction_in_bias_pass = false;
     // Recycled contact points let a grasp slip and a tower of ten sway until it falls.
     p.contact_recycling = false;

@@ -5,6 +5,7 @@ use cell_model::{Cell, Shape};
 use nalgebra::{Isometry3, Point3, Vector3};
 use rapier3d_f64::prelude::*;
 
+use crate::engine::contacts::partner;
 use crate::engine::convert;
 use crate::engine::objects::Fixtures;
 use crate::engine::simulation::Engine;
@@ -57,7 +58,8 @@ impl Belt {
         (self.collider, convert::to_vector(&self.velocity))
     }
 
-    /// Whether a point in the world is above it, by `height` at most (m).
+    /// Whether a point in the world is above the belt, at most `height` above the middle of its
+    /// fixture (m).
     pub(super) fn is_below(&self, point: &Vector3<f64>, height: f64) -> bool {
         let local = self.pose.inverse_transform_point(&Point3::from(*point));
         let [x, y] = self.half;
@@ -74,15 +76,8 @@ impl Belt {
     pub(super) fn touching(&self, engine: &Engine) -> Vec<usize> {
         let rapier = engine.rapier();
         let pairs = rapier.narrow_phase.contact_pairs_with(self.collider);
-        let others = pairs.map(|pair| {
-            if pair.collider1 == self.collider {
-                pair.collider2
-            } else {
-                pair.collider1
-            }
-        });
-        let tags = others.filter_map(|other| {
-            let other = rapier.colliders.get(other)?;
+        let tags = pairs.filter_map(|pair| {
+            let other = rapier.colliders.get(partner(pair, self.collider))?;
             Some(Tag::decode(other.user_data))
         });
         let mut objects: Vec<usize> = tags

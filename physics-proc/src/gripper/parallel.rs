@@ -60,8 +60,8 @@ impl GripperDrive {
     ) -> DriveTarget {
         let reach = gripper.speed * TICK_S;
         let lead = self.force / stiffness + LEAD_M;
-        // A closed hand presses what is between its fingers with its force, however thin that
-        // is: its target is as far behind the middle as the force needs.
+        // A closed hand presses objects of any thickness with its force: its target is as far
+        // behind the middle as the force needs.
         let wanted = if self.wanted > 0.0 {
             self.wanted
         } else {

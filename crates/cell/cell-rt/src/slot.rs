@@ -84,7 +84,7 @@ impl SlotFile {
             capacity,
             slots,
             next: 0,
-            // Shorter slots than every start asks for are no layout of this build.
+            // No start asks for slots this short, so the length is damaged.
             damaged: match found {
                 Found::Damaged => true,
                 Found::Ours(found) => found < capacity,

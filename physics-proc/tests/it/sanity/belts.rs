@@ -100,7 +100,7 @@ fn beside_table() -> Scene {
 }
 
 #[test]
-fn whatever_sleeps_on_a_part_of_the_belt_wakes_when_it_starts() {
+fn objects_asleep_on_a_part_of_the_belt_wake_when_it_starts() {
     let mut scene = beside_table();
     let mut placed = Vec::new();
     for (index, (name, shape, pose)) in every_shape().into_iter().enumerate() {

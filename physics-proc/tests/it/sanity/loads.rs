@@ -1,4 +1,4 @@
-//! What fingers hold stays where it is, whatever it weighs.
+//! Loads between fingers do not slip, up to the friction of the pads.
 
 use cell_model::{Cell, Data, Robot, Shape};
 

@@ -1,4 +1,4 @@
-//! Pads of a hand hold up to their friction, whatever the direction of the pull.
+//! Pads of a hand hold up to their friction, in every direction of the pull.
 
 use cell_model::{Cell, Data, Shape};
 use ipc_types::operator::{OperatorAction, ReplyCode};
@@ -21,7 +21,7 @@ const SPEED_M_S: f64 = 0.5;
 /// What is pulled slips when it moves in the hand as fast as this (m/s): faster than while the
 /// pads give way a little, and soon after the force exceeds their friction.
 const SLIPS_M_S: f64 = 0.03;
-/// The same for what is turned, which moves at some centimetres per second from 0.8 of the
+/// The same for an object that is turned, which moves at some centimetres per second from 0.8 of the
 /// limit on (docs/limits.md).
 const TURNS_M_S: f64 = 0.1;
 /// A turn is right to this share.

@@ -1,5 +1,5 @@
-//! Friction of faces: what slides on a slope has the acceleration g (sin a - mu cos a) and does
-//! not turn; what is below the limit stays.
+//! Friction of faces: an object that slides on a slope has the acceleration
+//! g (sin a - mu cos a) and does not turn; below the limit it is at rest.
 
 use cell_model::Shape;
 use nalgebra::{Isometry3, Translation3, Vector3};
@@ -11,7 +11,7 @@ const GRAVITY: f64 = 9.81;
 const RIGHT: f64 = 0.01;
 /// Largest turn about the normal of the slope in a second of sliding (degrees).
 const TURN_DEGREES: f64 = 1.0;
-/// Largest way of what is held for ten seconds (m).
+/// Largest way of an object held for ten seconds (m).
 const HELD_M: f64 = 0.1e-3;
 /// Turns of an object about the normal of the slope (degrees).
 const ALL_TURNS: [f64; 8] = [0.0, 10.0, 22.5, 30.0, 45.0, 60.0, 75.0, 90.0];
