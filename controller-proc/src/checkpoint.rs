@@ -14,7 +14,7 @@
 use nalgebra::{Isometry3, UnitQuaternion};
 
 /// Version of the layout; another one is refused.
-pub const VERSION: u32 = 7;
+pub const VERSION: u32 = 8;
 
 /// Reason why a checkpoint was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

@@ -161,13 +161,10 @@ impl Cycle {
         if self.began_with == Some(now) && !stopped {
             return;
         }
-        // Another generation of physics is another scene: goals of the previous one do not
-        // apply.
-        if self
-            .began_with
-            .is_some_and(|(generation, _)| generation != now.0)
-        {
-            self.latch = GoalLatch::default();
+        // Another start of physics, and a reset, are another scene: neither a goal of the one
+        // before applies, nor a decision about it that arrives later.
+        if self.began_with != Some(now) {
+            self.latch = GoalLatch::since(state.header.tick);
         }
         self.began_with = Some(now);
         self.last = *drives;

@@ -13,6 +13,8 @@ pub struct GoalLatch {
     seq: u64,
     decision_tick: Option<u64>,
     gripper: GripperGoal,
+    /// Decisions about earlier states are about another scene.
+    first_tick: u64,
 }
 
 impl Default for GoalLatch {
@@ -25,16 +27,27 @@ impl Default for GoalLatch {
             seq: 0,
             decision_tick: None,
             gripper: GripperGoal::Keep,
+            first_tick: 0,
         }
     }
 }
 
 impl GoalLatch {
-    /// Takes the goal of `arm` from a decision. A goal is absolute, so a repeated one, also
-    /// from another generation of the task, changes nothing.
+    /// No goal, in a scene whose first state is that of `first_tick`.
+    pub fn since(first_tick: u64) -> Self {
+        Self {
+            first_tick,
+            ..Self::default()
+        }
+    }
+
+    /// Takes the goal of `arm` from a decision, unless that is about the scene before. A goal is
+    /// absolute, so a repeated one, also from another generation of the task, changes nothing.
     pub fn take(&mut self, decision: &Decision, arm: usize) {
         let count = decision.arm_count as usize;
-        let Some(goal) = decision.goals.get(arm).filter(|_| arm < count) else {
+        let is_of_scene = decision.header.tick >= self.first_tick;
+        let goal = decision.goals.get(arm);
+        let Some(goal) = goal.filter(|_| arm < count && is_of_scene) else {
             return;
         };
         let open_width = self.goal.open_width;
@@ -61,6 +74,7 @@ impl GoalLatch {
         codec.option("latch", &mut self.decision_tick, Codec::u64)?;
         let mut gripper = self.gripper.code();
         codec.u32(&mut gripper)?;
+        codec.u64(&mut self.first_tick)?;
         self.gripper = GripperGoal::from_code(gripper)
             .ok_or(damaged("latched gripper goal", u64::from(gripper)))?;
         Ok(())
@@ -107,6 +121,22 @@ mod tests {
         decision.goals[0].goal_id = goal_id;
         decision.goals[0].gripper = gripper.code();
         decision
+    }
+
+    #[test]
+    fn a_decision_about_a_state_before_the_scene_gives_no_goal() {
+        let mut latch = GoalLatch::since(4501);
+        let mut old = decision(7, GripperGoal::Close);
+        old.header.tick = 4500;
+        latch.take(&old, 0);
+        let (goal, tick) = (latch.goal().goal_id, latch.decision_tick());
+        assert_eq!((goal, latch.gripper(), tick), (0, GripperGoal::Keep, None));
+        old.header.tick = 4501;
+        latch.take(&old, 0);
+        assert_eq!(
+            (latch.goal().goal_id, latch.decision_tick()),
+            (7, Some(4501))
+        );
     }
 
     #[test]

@@ -37,6 +37,9 @@ pub(crate) struct Equipment {
     /// Random numbers of the equipment.
     stream: Stream,
     state: DeviceStates,
+    /// Decisions about earlier states are about the scene before a reset. Not part of a snapshot:
+    /// a successor of physics hears no decision of before.
+    first_tick: u64,
 }
 
 /// State of the devices: part of every snapshot.
@@ -120,6 +123,7 @@ impl Equipment {
             clear_below: (cell.clear_below_m).unwrap_or_else(|| lowest(cell) - OUT_BELOW_M),
             stream: Stream { seed: cell.seed },
             state: DeviceStates::new(),
+            first_tick: 0,
         }
     }
 
@@ -177,6 +181,10 @@ impl Equipment {
         let decision = decision.filter(|_| has_devices)?;
         // Requests count also from an old decision: only the belt has to stop with its task.
         let (bins, drops) = state.counters.update(decision);
+        // A decision about the scene before a reset: what it asks for is counted, and not done.
+        if decision.header.tick < self.first_tick {
+            return None;
+        }
         if self.supply.is_some() {
             state.supply.request(bins);
         }
@@ -286,8 +294,9 @@ impl Equipment {
 
     /// Back to the start. The counters of the task continue, as the task continues to count;
     /// requests that are still open are dropped, and counts of the scene (bins, parts) start
-    /// from 0.
-    pub(crate) fn reset(&mut self, initial: DeviceStates) {
+    /// from 0. Decisions about `tick` and earlier ones are about the scene before.
+    pub(crate) fn reset(&mut self, initial: DeviceStates, tick: u64) {
+        self.first_tick = tick + 1;
         self.state = DeviceStates {
             counters: self.state.counters,
             decision_limit_ticks: self.state.decision_limit_ticks,

@@ -100,7 +100,7 @@ impl World {
         self.engine.reset(initial.engine);
         self.arms.reset(arms, self.tick);
         self.grippers.restore(grippers);
-        self.equipment.reset(initial.equipment);
+        self.equipment.reset(initial.equipment, self.tick);
         self.operator.reset();
         self.measure();
         Ok(())

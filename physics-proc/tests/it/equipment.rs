@@ -43,6 +43,22 @@ fn the_belt_runs_as_long_as_it_is_told() {
 }
 
 #[test]
+fn the_belt_does_not_follow_a_decision_about_the_scene_before_a_reset() {
+    let mut plc = Plc::new(1);
+    plc.io.conveyor_running = 1;
+    plc.run(504);
+    assert!((plc.state().equipment.conveyor_speed - 0.3).abs() < 1e-12);
+    assert_eq!(plc.ask(OperatorAction::Reset, 0).0, ReplyCode::Accepted);
+    // The decision of tick 500 is the newest one until tick 510.
+    for _ in 505..510 {
+        plc.run(1);
+        assert_eq!(plc.state().equipment.conveyor_speed, 0.0);
+    }
+    plc.run(1);
+    assert!((plc.state().equipment.conveyor_speed - 0.3).abs() < 1e-12);
+}
+
+#[test]
 fn a_bin_that_slept_on_the_belt_goes_on_with_it() {
     let mut plc = Plc::new(1);
     plc.io.add_bin = 1;

@@ -23,6 +23,7 @@ pub(super) fn all(plan: &Plan) -> Vec<Box<dyn Check>> {
         Box::new(Order::default()),
         Box::new(World::default()),
         Box::new(Resets::default()),
+        Box::new(Decided::default()),
         Box::new(Valid::default()),
         Box::new(Answers::default()),
     ];
@@ -174,6 +175,54 @@ impl Check for Resets {
                 let tick = of.command_tick;
                 format!(
                     "arm {arm} follows a command about tick {tick}, before the reset at {reset_tick}"
+                )
+            })?;
+        }
+        Ok(())
+    }
+}
+
+/// After a reset of the scene no decision about the scene before it is in force.
+#[derive(Default)]
+struct Decided {
+    /// Number of the newest reset, and the generation of physics that had it.
+    reset: Option<(u32, u32)>,
+    /// The first tick of the scene, where this start of physics reset it.
+    first_tick: u64,
+}
+
+impl Check for Decided {
+    fn number(&self) -> u32 {
+        11
+    }
+
+    fn see(&mut self, moment: &Moment<'_>) -> Verdict {
+        if let Seen::State(state) = moment.seen {
+            let now = (state.panel.scene_reset, state.header.generation);
+            if let Some(before) = self.reset.replace(now).filter(|before| *before != now) {
+                let is_reset = before.1 == now.1;
+                self.first_tick = if is_reset { state.header.tick } else { 0 };
+            }
+        }
+        let generation = self.reset.map_or(0, |(_, generation)| generation);
+        let Some((topic, header)) = header(moment) else {
+            return Ok(());
+        };
+        let decision = TopicId::Decision.code();
+        let is_state = topic == TopicId::WorldState.code();
+        let is_of_scene = (is_state || header.answers(generation))
+            && topic != decision
+            && header.tick >= self.first_tick;
+        let used = header.inputs().iter().filter(|_| is_of_scene);
+        for input in used.filter(|input| input.topic == decision) {
+            // Physics uses a decision in the step that leads to the state.
+            let at = header.tick.saturating_sub(u64::from(is_state));
+            let about = at.saturating_sub(input.age_ticks);
+            fail_if(about < self.first_tick, || {
+                let (tick, first) = (header.tick, self.first_tick);
+                format!(
+                    "topic {topic} of tick {tick} used a decision about tick {about}, before the \
+                     reset at {first}"
                 )
             })?;
         }

@@ -20,6 +20,7 @@ mod placement;
 mod planned;
 mod pyramid;
 mod recorded;
+mod reset;
 mod situations;
 mod snapshot;
 mod tower;
