@@ -3,11 +3,13 @@
 use behavior::Status;
 use grasp::{Exclusion, arm_in_the_way};
 use ipc_types::Pose;
+use ipc_types::equipment::BreakCause;
 use robocell_task::job::Attempts;
 use robocell_task::{PolicyTime, Reason, TraceEvent};
 
 use crate::geometry;
 use crate::pose::isometry;
+use crate::progress::Step;
 use crate::refusal::Refusal;
 use crate::setup::Tool;
 use crate::suction;
@@ -171,13 +173,43 @@ impl World<'_> {
         }
     }
 
-    /// `what`, with the reason for which suction attached nothing.
-    pub(crate) fn why_not_attached(&self, what: &str) -> String {
+    /// `what`, with the reason for which the gripper does not hold what it closed on in `step`.
+    pub(crate) fn why_not_caught(&self, step: &Step, what: &str) -> String {
         let arm = self.observation.arm(self.arm);
-        match arm.filter(|_| self.tool() == Tool::Suction) {
-            Some(arm) => format!("{what}: {}", suction::refusal(&arm.gripper)),
-            None => what.to_owned(),
+        let Some(gripper) = arm.map(|arm| arm.gripper) else {
+            return what.to_owned();
+        };
+        if let Some(held) = self.held() {
+            let name = self.setup.object_name(held);
+            return format!("{what}: {name} is in the gripper");
         }
+        let why = match step.switched {
+            _ if self.tool() != Tool::Suction => None,
+            None if gripper.suction != 0 => Some("suction does not switch off".to_owned()),
+            None => Some("the arm does not come to rest".to_owned()),
+            Some(on) if gripper.breaks != on.breaks => self.breaking(),
+            Some(_) => Some(suction::refusal(&gripper).to_owned()),
+        };
+        why.map_or(what.to_owned(), |why| format!("{what}: {why}"))
+    }
+
+    /// Whether a grip broke since `step` switched suction on.
+    pub(crate) fn has_broken(&self, step: &Step) -> bool {
+        let arm = self.observation.arm(self.arm);
+        let switched = step.switched;
+        arm.zip(switched)
+            .is_some_and(|(arm, switched)| arm.gripper.breaks != switched.breaks)
+    }
+
+    /// How the last grip of the cup broke.
+    fn breaking(&self) -> Option<String> {
+        let gripper = &self.observation.arm(self.arm)?.gripper;
+        let limit_n = self.arm_setup()?.suction_limit_n?;
+        let (limit, cause) = (suction::break_limit(gripper), suction::break_cause(gripper));
+        Some(format!(
+            "the grip broke at its {limit} limit ({cause}), {:.0} N of {limit_n:.0} N",
+            gripper.peak_force
+        ))
     }
 
     /// Why the cup lost `object`, if its grip broke.
@@ -188,16 +220,12 @@ impl World<'_> {
             return None;
         }
         let weight_n = G * self.object_setup(object)?.mass_kg;
-        let cause = suction::break_cause(gripper);
-        let is_too_heavy = cause == "weight" || weight_n > HEAVY * limit_n;
+        let is_weight = BreakCause::from_code(gripper.break_cause) == Some(BreakCause::Weight);
+        let is_too_heavy = is_weight || weight_n > HEAVY * limit_n;
         let why = if is_too_heavy {
             format!("too heavy: {weight_n:.0} N of {limit_n:.0} N")
         } else {
-            format!(
-                "the grip broke at its {} limit ({cause}), {:.0} N of {limit_n:.0} N",
-                suction::break_limit(gripper),
-                gripper.peak_force
-            )
+            self.breaking()?
         };
         Some(BrokenGrip { is_too_heavy, why })
     }

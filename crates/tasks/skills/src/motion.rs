@@ -276,10 +276,7 @@ pub(crate) fn is_clear(step: &mut Step, object: Option<usize>, world: &mut World
         Some(_) => GripperGoal::Keep,
         None => GripperGoal::Open,
     };
-    let drive = Drive {
-        tolerance_m: 0.02,
-        ..Drive::precise(target, gripper)
-    };
+    let drive = Drive::straight(target, gripper);
     let risen = world.drive(step, &drive.near(beside));
     // After the time limit the motion starts all the same: an arm that cannot rise must not
     // wait for ever.

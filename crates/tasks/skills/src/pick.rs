@@ -111,7 +111,7 @@ impl Pick {
             let retreated = tcp * Translation3::from(back);
             Drive::travel(wire(&retreated), GripperGoal::Open)
         } else {
-            Drive::grasp(wire(&tcp), GripperGoal::Open)
+            Drive::precise(wire(&tcp), GripperGoal::Open)
         };
         world.opening_to(progress.open_width_m);
         let there = world.drive(&mut progress.step, &drive.near(Some(self.object)));
@@ -246,10 +246,7 @@ impl Pick {
         let passing = world.passing_height(self.object, centre, centre) - bottom;
         let up = Translation3::new(0.0, 0.0, self.clearance_m.max(passing));
         let target = wire(&(up * frame(&anchor) * grasp.isometry()));
-        let drive = Drive {
-            tolerance_m: 0.02,
-            ..Drive::precise(target, GripperGoal::Close)
-        };
+        let drive = Drive::straight(target, GripperGoal::Close);
         if world.drive(&mut progress.step, &drive.near(Some(self.object))) {
             if let Some(attempts) = world.attempts_mut(self.object) {
                 attempts.pick = 0;
@@ -274,6 +271,18 @@ impl Pick {
             return world.refuse(reason::TOO_HEAVY, format_args!("{name} is {}", broken.why));
         }
         self.failed(reason::LOST, &format!("was lost: {}", broken.why), world)
+    }
+
+    /// The gripper closed and does not have the object.
+    fn missed(&self, progress: &Progress, world: &mut World<'_>) -> Status {
+        let is_broken = world.has_broken(&progress.step);
+        match world.broken_grip(self.object).filter(|_| is_broken) {
+            Some(broken) if broken.is_too_heavy => self.lost(world),
+            _ => {
+                let why = world.why_not_caught(&progress.step, "was not caught");
+                self.failed(reason::CANNOT_BE_GRIPPED, &why, world)
+            }
+        }
     }
 
     fn failed(&self, reason: &str, why: &str, world: &mut World<'_>) -> Status {
@@ -314,10 +323,7 @@ impl Skill for Pick {
                     progress.go_to(LIFT);
                     Status::Running
                 }
-                Status::Failure => {
-                    let why = world.why_not_attached("was not caught");
-                    self.failed(reason::CANNOT_BE_GRIPPED, &why, world)
-                }
+                Status::Failure => self.missed(progress, world),
             },
             _ => self.lift(progress, world),
         }

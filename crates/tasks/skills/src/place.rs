@@ -228,10 +228,7 @@ impl Bring {
             return Status::Failure;
         };
         let back = Translation3::from(world.tool().axis() * -self.clearance_m);
-        let drive = Drive {
-            tolerance_m: 0.02,
-            ..Drive::precise(wire(&(goal.isometry() * back)), GripperGoal::Open)
-        };
+        let drive = Drive::straight(wire(&(goal.isometry() * back)), GripperGoal::Open);
         let there = world.drive(&mut progress.step, &drive.near(Some(self.object)));
         if !there && !is_late(progress, world) {
             return Status::Running;
@@ -340,10 +337,7 @@ fn rise_to(height: f64, progress: &mut Progress, world: &mut World<'_>) -> Drive
         position: [x, y, height.max(from)],
         ..turned
     };
-    Drive {
-        tolerance_m: 0.02,
-        ..Drive::precise(target, GripperGoal::Close)
-    }
+    Drive::straight(target, GripperGoal::Close)
 }
 
 /// Across to the point from which the object is lowered straight down, between neighbours.

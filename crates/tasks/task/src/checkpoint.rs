@@ -32,7 +32,7 @@ use crate::time::PolicyClock;
 /// Version of the layout; a checkpoint with another version is refused, and the task
 /// starts from its observation.
 // Read before all else; a build with another layout must not decode by chance.
-pub const VERSION: u32 = 10;
+pub const VERSION: u32 = 11;
 
 /// Longest checkpoint that is kept for a successor of the process and recorded (bytes).
 /// It is written with every decision: at 100 Hz, this much takes most of a core.

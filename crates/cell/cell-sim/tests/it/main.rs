@@ -23,6 +23,7 @@ mod recorded;
 mod reset;
 mod situations;
 mod snapshot;
+mod suction;
 mod tower;
 mod two_arms;
 mod user_arm;

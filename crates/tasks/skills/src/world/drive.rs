@@ -6,11 +6,19 @@ use robocell_task::{ArmIntent, PolicyTime};
 
 use super::World;
 use crate::geometry;
-use crate::progress::Step;
+use crate::progress::{REST, Step};
+use crate::setup::Tool;
 use crate::way::Way;
 
-/// Joints of an arm at rest are slower than this (rad/s or m/s).
-const REST_JOINT_SPEED: f64 = 0.02;
+/// Joints of an arm at rest are slower than this (rad/s or m/s): at a distance of 1 m from a joint
+/// the tool is then slower than 2 mm/s.
+const REST_JOINT_SPEED: f64 = 0.002;
+/// How fast the goal of an object on a cup moves ahead of the arm at the start (m/s).
+// The arm accelerates with that distance: a goal that is far ahead at once breaks the grip of a load
+// that the cup can hold.
+const CUP_LEAD_M_S: f64 = 0.16;
+/// And how far at most (m).
+const CUP_LEAD_M: f64 = 0.1;
 
 /// A motion to one pose, for [`World::drive`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,6 +31,8 @@ pub struct Drive {
     pub angle_rad: f64,
     /// And both for this time.
     pub settle: PolicyTime,
+    /// And the tool is at rest for that time.
+    pub at_rest: bool,
     /// Goal of the gripper during the motion.
     pub gripper: GripperGoal,
     /// If more than 0, the motion is a straight line: the arm follows a point that is this far
@@ -42,6 +52,7 @@ impl Drive {
             tolerance_m: 0.02,
             angle_rad: 0.05,
             settle: PolicyTime::from_ticks(100),
+            at_rest: false,
             gripper,
             lead_m: 0.0,
             object: None,
@@ -49,20 +60,19 @@ impl Drive {
         }
     }
 
-    /// A motion to `target` at an object: exact, in a straight line, and at rest before the
-    /// gripper closes. A cup that still moves down would push itself off.
-    pub fn grasp(target: Pose, gripper: GripperGoal) -> Self {
-        Self {
-            settle: PolicyTime::from_ticks(500),
-            ..Self::precise(target, gripper)
-        }
-    }
-
-    /// An exact motion to `target` in a straight line.
+    /// An exact motion to `target` in a straight line, and at rest there.
     pub fn precise(target: Pose, gripper: GripperGoal) -> Self {
         Self {
             tolerance_m: 0.004,
-            settle: PolicyTime::from_ticks(150),
+            at_rest: true,
+            ..Self::straight(target, gripper)
+        }
+    }
+
+    /// A motion to `target` in a straight line, not very exact.
+    pub fn straight(target: Pose, gripper: GripperGoal) -> Self {
+        Self {
+            settle: REST,
             lead_m: 0.08,
             ..Self::travel(target, gripper)
         }
@@ -91,8 +101,8 @@ impl World<'_> {
             *step = Step {
                 key,
                 began: now,
-                settled: None,
                 from: self.tcp_position().into(),
+                ..Step::default()
             };
         }
         now.since(step.began)
@@ -116,7 +126,18 @@ impl World<'_> {
             obstacle_mask: drive.way.obstacle_mask(self.setup),
             ..ArmIntent::pose(step.key, self.led(step, drive))
         });
-        self.settles(step, there, drive.settle)
+        let still = self.is_still(step);
+        self.settles(step, there && (still || !drive.at_rest), drive.settle)
+    }
+
+    /// Whether the tool is at rest: it has moved by less than 0.3 mm for 0.15 s in `step`.
+    pub(crate) fn rests(&self, step: &mut Step) -> bool {
+        let still = self.is_still(step);
+        self.settles(step, still, REST)
+    }
+
+    fn is_still(&self, step: &mut Step) -> bool {
+        self.tcp().is_some_and(|tcp| step.is_still(&tcp))
     }
 
     /// Whether `holds` has been true in `step` for `settle`.
@@ -163,15 +184,29 @@ impl World<'_> {
         let from = Vector3::from(step.from);
         let way = Vector3::from(drive.target.position) - from;
         let length = way.norm();
-        if drive.lead_m <= 0.0 || length <= drive.lead_m {
+        let lead_m = self.lead_m(step, drive);
+        if length <= lead_m {
             return drive.target;
         }
         // Never behind the start: an arm that was pushed back would be sent farther back.
         let done = (self.tcp_position() - from).dot(&way) / length;
-        let ahead = (done.max(0.0) + drive.lead_m).min(length);
+        let ahead = (done.max(0.0) + lead_m).min(length);
         Pose {
             position: (from + way * (ahead / length)).into(),
             ..drive.target
         }
+    }
+
+    /// How far the goal is ahead of the arm.
+    fn lead_m(&self, step: &Step, drive: &Drive) -> f64 {
+        let most = match drive.lead_m {
+            lead if lead > 0.0 => lead,
+            _ => f64::INFINITY,
+        };
+        if self.tool() != Tool::Suction || drive.gripper != GripperGoal::Close {
+            return most;
+        }
+        let lasted_s = self.now().since(step.began).ticks() as f64 * 1.0e-3;
+        most.min(CUP_LEAD_M).min(lasted_s * CUP_LEAD_M_S)
     }
 }

@@ -6,6 +6,7 @@ use behavior::Status;
 use cell_model::{Cell, Data};
 use ipc_types::GripperGoal;
 use ipc_types::decision::GoalKind;
+use ipc_types::equipment::{BreakCause, BreakLimit, SuctionRefusal};
 use robocell_skills::{Setup, nodes};
 use robocell_task::Reason;
 use serde_json::{Value as Json, json};
@@ -130,21 +131,94 @@ fn close_fails_with_another_object_or_none_in_the_hand() {
     assert_eq!(close(2), (Status::Failure, 301));
 }
 
+/// A skill of an arm with a suction cup.
+fn cup(cell: &Cell, name: &str) -> Bench {
+    let setup = Arc::new(Setup::new(cell, []));
+    let root = json!({"id": "n", "type": name});
+    let file = json!({"format": "behavior-tree/1", "name": "bench", "root": root});
+    Bench::of((cell, setup.clone()), &nodes::library(&setup), LEFT, &file)
+}
+
+#[test]
+fn suction_is_switched_on_when_the_tool_is_at_rest_and_off_before_where_it_was_on() {
+    let cell = Cell::load(&Data::checkout(), "ur10-palletize", 1, None).unwrap();
+    let mut close = cup(&cell, "Close");
+    // On since an attempt that attached nothing: the cup does not search again by itself.
+    close.state.arms[LEFT].gripper.suction = 1;
+    // 9 mm/s.
+    for _ in 0..30 {
+        close.state.arms[LEFT].tcp.position[2] -= 0.000_09;
+        assert_eq!(close.tick(), Status::Running);
+        assert_eq!(close.gripper(), GripperGoal::Open);
+    }
+    for _ in 0..30 {
+        close.tick();
+    }
+    assert_eq!(close.gripper(), GripperGoal::Open, "it is still on");
+    close.state.arms[LEFT].gripper.suction = 0;
+    assert_eq!(close.tick(), Status::Running);
+    assert_eq!(close.gripper(), GripperGoal::Close);
+}
+
+#[test]
+fn suction_that_fails_says_which_force_broke_the_grip_or_why_nothing_attached() {
+    let cell = Cell::load(&Data::checkout(), "ur10-palletize", 1, None).unwrap();
+    let failed = |happens: fn(&mut ipc_types::GripperState)| {
+        let mut close = cup(&cell, "Close");
+        while close.gripper() != GripperGoal::Close {
+            assert_eq!(close.tick(), Status::Running);
+        }
+        happens(&mut close.state.arms[LEFT].gripper);
+        assert_eq!(close.tick(), Status::Failure);
+        close.lines.concat()
+    };
+    let broke = failed(|gripper| {
+        gripper.breaks += 1;
+        gripper.break_limit = BreakLimit::Force.code();
+        gripper.break_cause = BreakCause::Impulse.code();
+        gripper.peak_force = 52.0;
+    });
+    assert!(broke.contains("52 N of 50 N"), "{broke}");
+    let missed = failed(|gripper| {
+        gripper.refusals += 1;
+        gripper.refusal = SuctionRefusal::NothingThere.code();
+    });
+    assert!(missed.contains("nothing there"), "{missed}");
+}
+
+#[test]
+fn an_exact_motion_ends_at_rest() {
+    let ports = json!({"object": "cube_4"});
+    let mut bench = skill("MoveTo", &ports);
+    *bench.object(3) = [0.5, -0.3, 0.025];
+    bench.tick();
+    let wanted = bench.goal();
+    assert!(wanted.goal_id > 0);
+    let [x, y, z] = [0.5, -0.3, bench.object(3)[2]];
+    bench.state.arms[LEFT].tcp = pose(x, y, z + 0.003);
+    // Within its tolerance of 4 mm for longer than it has to be, at 9 mm/s.
+    for tick in 0..40 {
+        bench.state.arms[LEFT].tcp.position[2] -= 0.000_09;
+        assert_eq!(bench.tick(), Status::Running, "{tick}");
+    }
+    let (answer, ticks) = until_over(&mut bench, 1);
+    assert_eq!(answer, Status::Success);
+    // The last 0.3 mm of its way may count as rest.
+    assert!((11..=17).contains(&ticks), "{ticks}");
+}
+
 #[test]
 fn suction_attaches_at_once_or_fails_after_two_seconds_and_is_off_when_it_let_go() {
     let cell = Cell::load(&Data::checkout(), "ur10-palletize", 1, None).unwrap();
-    let bench = |name: &str| {
-        let setup = Arc::new(Setup::new(&cell, []));
-        let root = json!({"id": "n", "type": name});
-        let file = json!({"format": "behavior-tree/1", "name": "bench", "root": root});
-        Bench::of((&cell, setup.clone()), &nodes::library(&setup), LEFT, &file)
-    };
+    let bench = |name: &str| cup(&cell, name);
     let mut close = bench("Close");
     close.tick();
     close.state.arms[LEFT].gripper.held_object = 2;
     assert_eq!(until_over(&mut close, 1), (Status::Success, 5));
+    // 0.15 s at rest before it is on.
     let (answer, ticks) = until_over(&mut bench("Close"), 3);
-    assert_eq!((answer, ticks), (Status::Failure, 201));
+    assert_eq!(answer, Status::Failure);
+    assert!((215..=218).contains(&ticks), "{ticks}");
     let mut open = bench("Open");
     let gripper = &mut open.state.arms[LEFT].gripper;
     (gripper.suction, gripper.attached) = (1, 1);

@@ -10,6 +10,9 @@ use robocell_task::TraceEvent;
 use serde::{Deserialize, Serialize};
 
 use super::{Context, Guard, WorkKeys, guarded};
+use crate::grip;
+use crate::progress::Step;
+use crate::setup::Tool;
 use crate::shared::{Alarm, Turn, has_lasted};
 use crate::skill::Station;
 
@@ -33,6 +36,8 @@ struct State {
     begun: Option<Duration>,
     told: Option<Duration>,
     alarm: Alarm,
+    /// The wait before suction is switched on.
+    step: Step,
 }
 
 /// The node type.
@@ -136,6 +141,14 @@ impl Leaf<Station> for SetGripper {
         if !has_lasted(begun, cx.now, before) {
             cx.world.stay(GripperGoal::Keep);
             return Ok(Status::Running);
+        }
+        // A cup searches once, when suction is switched on, and needs a tool at rest.
+        let switches = gripper == GripperGoal::Close && cx.world.tool() == Tool::Suction;
+        if switches && state.told.is_none() && cx.world.held().is_none() {
+            cx.world.begin(&mut state.step);
+            if !grip::switches_on(&mut state.step, cx.world) {
+                return Ok(Status::Running);
+            }
         }
         cx.world.stay(gripper);
         let told = *state.told.get_or_insert(cx.now);
