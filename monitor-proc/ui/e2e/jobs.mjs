@@ -99,7 +99,7 @@ export async function load({ page, look, until, press, robocell, same }) {
   if (at < from || at > to) throw new Error(`the chart shows ${from} to ${to} s, not ${at} s`);
 }
 
-/** A job that lost its grip after it was done is not done until it holds the object. */
+/** A job that lost its grip after it was done works again, and its end is not told again. */
 async function pickedUpAgain({ page, look, until, same }) {
   const bar = page.locator("#status");
   await page.getByRole("tab", { name: "Task" }).click();
@@ -111,11 +111,10 @@ async function pickedUpAgain({ page, look, until, same }) {
     const primary = [...document.querySelectorAll(".button.primary")].filter((node) => node.checkVisibility() && node.textContent === "Run again");
     return isSaid && text(".summary .badge") === "picking up again" && primary.length === 0;
   });
-  await bar.locator(".state", { hasText: /^Done$/ }).waitFor();
-  await bar.locator(".detail", { hasText: /^holds bin · grip lost \d+ times?$/ }).waitFor();
-  await page.locator(".summary .phase", { hasText: /^DONE$/ }).waitFor();
-  await until("the phase is that it is done", (r) => r.store.spans.filter(({ kind }) => kind === "phase").at(-1).label === "DONE");
+  await bar.locator(".state", { hasText: /^Running$/ }).waitFor();
+  await bar.locator(".detail", { hasText: /^HOLDING · holds bin · grip lost \d+ times?$/ }).waitFor();
+  await until("the phase is that of the work", (r) => r.store.spans.filter(({ kind }) => kind === "phase").at(-1).label === "HOLDING");
   const labels = await look((r) => r.store.spans.filter(({ kind }) => kind === "task").map(({ label }) => label));
-  same("the outcome", labels.slice(labels.indexOf("done"), labels.indexOf("done") + 3), ["done", "picking up again", "done"]);
+  same("the outcome", labels.slice(labels.indexOf("done"), labels.indexOf("done") + 3), ["done", "picking up again", "running"]);
   await page.getByRole("tab").last().click();
 }

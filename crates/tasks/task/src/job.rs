@@ -76,6 +76,8 @@ pub struct Job {
     pub failure: Option<Reason>,
     /// All objects were in place at the last decision.
     pub done: bool,
+    /// An arm held an object when the job was done.
+    pub done_holding: bool,
     /// Since when the next object of an arm is out of its reach.
     pub unreachable_since: [Option<PolicyTime>; MAX_ARMS],
     /// The start event was given, for the demos that wait for one.

@@ -33,8 +33,10 @@ export function phaseOf(store: Store): string {
 export interface AfterDone {
   /** What is done, as the task said it; empty where it said nothing. */
   achieved: string;
-  /** Whether it lost its grip since, and does not hold the object again. */
+  /** Whether it lost its grip since: it works again. */
   isAgain: boolean;
+  /** Whether it does not hold the object yet. */
+  isPickingUp: boolean;
   /** Phase in which the task works on then; else empty. */
   phase: string;
 }
@@ -69,9 +71,11 @@ export function afterDone(store: Store): AfterDone {
   const until_s = until(store);
   const state = current(store, "task", until_s).at(-1)?.label;
   // The lane says `done` of an object that is lost as well, unless its grip was lost before.
-  const isAgain = store.status?.task.outcome === "done" && (state === PICKING_UP || state === OBJECT_LOST);
+  const isDone = store.status?.task.outcome === "done";
+  const isPickingUp = isDone && (state === PICKING_UP || state === OBJECT_LOST);
+  const isAgain = isPickingUp || (isDone && state === "running");
   const ends = store.marked.filter((line) => line.mark === "done" && line.time_s <= until_s && store.isCurrent(line));
   // The page's own line of it says no more than that it is done.
   const achieved = ends.filter((line) => !store.own.includes(line)).at(-1)?.text.replace(/^\[\w+\] /, "") ?? "";
-  return { achieved, isAgain, phase: isAgain ? phaseOf(store) : "" };
+  return { achieved, isAgain, isPickingUp, phase: isAgain ? phaseOf(store) : "" };
 }

@@ -77,7 +77,10 @@ function pickups(now: Span[], losses: number[]): Pickup[] {
   return losses.map((from_s) => ({ from_s, to_s: Math.min(...held.filter((at_s) => at_s > from_s)) }));
 }
 
-/** A task that lost its grip picks up again until it holds the object, and is not done meanwhile. */
+/**
+ * A task that lost its grip picks up again until it holds the object. One that was done works again from then on: its end
+ * is told once, not after each grip.
+ */
 function withAgain(lane: Span[], all: Pickup[], add: Add): Span[] {
   return lane.flatMap((span, index) => {
     if (span.label !== "done" && span.label !== "running") return [span];
@@ -87,7 +90,8 @@ function withAgain(lane: Span[], all: Pickup[], add: Add): Span[] {
     for (const { from_s, to_s } of all) {
       if (from_s <= last_s || from_s >= next_s) continue;
       parts.push(add(span, { from_s, label: PICKING_UP, tone: "warn" }));
-      if (to_s < next_s) parts.push(add(span, { from_s: to_s }));
+      const isDone = span.label === "done";
+      if (to_s < next_s) parts.push(add(span, { from_s: to_s, ...(isDone ? { label: "running", tone: "info" } : {}) }));
       last_s = Math.min(to_s, next_s);
     }
     return parts;

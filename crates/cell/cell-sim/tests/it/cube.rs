@@ -202,3 +202,25 @@ fn the_new_rule_of_the_guide_fits_all_files_and_is_obeyed_by_those_without_a_com
     }
     std::fs::remove_dir_all(&dir).ok();
 }
+
+#[test]
+fn an_end_is_told_once_and_again_after_the_cube_was_taken_off_its_mark() {
+    for policy in POLICIES {
+        let pull = r#"{"at_s": 12.0, "do": "drag", "object": "cube", "to": [0.55, 0.05, 0.025]}"#;
+        let mut run = Run::new(policy, pull);
+        let mut ends = Vec::new();
+        let mut was_done = false;
+        for tick in 0..24_000_u32 {
+            run.until(f64::from(tick) * 1.0e-3);
+            let is_done = run.sim.decision().outcome == Outcome::Done.code();
+            if is_done && !was_done {
+                ends.push(tick);
+            }
+            was_done = is_done;
+        }
+        assert_eq!(ends.len(), 2, "{policy}: {ends:?}");
+        assert!(ends[0] < 12_000 && 12_000 < ends[1], "{policy}: {ends:?}");
+        let told = run.trace.iter().filter(|line| line.contains("[done]"));
+        assert!(matches!(told.count(), 0 | 2), "{policy}: {:#?}", run.trace);
+    }
+}

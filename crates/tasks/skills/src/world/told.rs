@@ -90,6 +90,9 @@ impl World<'_> {
     }
 
     /// Reports whether the job is done, and which objects are in a slot of a place.
+    ///
+    /// A job that is done stays done until an object leaves its place or an arm picks one up: a
+    /// policy that only looks again has not begun again, and its end is not another end.
     pub fn report(&mut self, done: bool) {
         self.report_within(done, PLACE_TOLERANCE_M);
     }
@@ -97,20 +100,32 @@ impl World<'_> {
     /// As [`World::report`]; an object nearer to its slot than `tolerance_m` in the
     /// plane is in it.
     pub fn report_within(&mut self, done: bool, tolerance_m: f64) {
-        self.job.done = done;
-        self.out.outcome = if done {
+        let mut arms = 0..self.setup.arms.len();
+        let holds = arms.any(|arm| self.held_by(arm).is_some());
+        let mut placed = self.job.placed.iter();
+        let lasts = self.job.done
+            && (self.job.done_holding || !holds)
+            && placed.all(|object| self.is_placed(*object as usize, tolerance_m));
+        if done && !lasts {
+            self.job.done_holding = holds;
+        }
+        self.job.done = done || lasts;
+        self.out.outcome = if self.job.done {
             Outcome::Done
         } else {
             Outcome::Running
         };
         self.job.placed.clear();
         for (number, object) in (0_u32..).zip(0..self.setup.objects.len()) {
-            let mut places = 0..self.setup.places.len();
-            let placed = places.any(|p| self.slot_of(object, p, tolerance_m).is_some());
-            if placed {
+            if self.is_placed(object, tolerance_m) {
                 self.job.placed.push(number);
             }
         }
+    }
+
+    fn is_placed(&self, object: usize, tolerance_m: f64) -> bool {
+        let mut places = 0..self.setup.places.len();
+        places.any(|place| self.slot_of(object, place, tolerance_m).is_some())
     }
 
     /// The object in the gripper. One that is not observed for a moment is kept; one that left

@@ -158,7 +158,7 @@ export function taskOf(facts: Facts): Told {
   const gone = [...lost, ...fallen];
   if (isDone) return told(lost.length > 0 ? "warn" : "ok", "Done", [...finished(facts, task), ...outside(gone)], ["again"]);
   const again = () => told("warn", sentence(PICKING_UP), [phase, gripsLost(task), ...outside(gone)]);
-  if (since.isAgain) return again();
+  if (since.isPickingUp) return again();
   if (startEvent && !task.started) return told("info", "Waiting", ["for the start event"], ["start"], false);
   if (task.wait !== "") return told("warn", "Waiting", [task.wait, phase, ...held, gripsLost(task)], [], false);
   if (task.outcome === "idle") return told("info", "Idle", [phase], [], false);

@@ -71,8 +71,10 @@ impl TreePolicy {
             shared.zones.leave(&mut shared.board, world.arm_name());
         }
         let name = &it.graph.name;
+        // An end is told once: a tree that looks again after it succeeds again.
+        let is_told = world.job.done;
         let out = &mut *world.out;
-        if status == Status::Success && it.status != Status::Success {
+        if status == Status::Success && it.status != Status::Success && !is_told {
             out.event(TraceEvent::Done, format_args!("[done] {name}"));
             it.failed = None;
         }
