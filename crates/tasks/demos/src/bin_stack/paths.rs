@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use ipc_types::Pose;
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use robocell_skills::geometry::{nearest_quarter, straight_down_by_x as straight_down};
 use robocell_skills::matrix::{Spot, pick};
 use robocell_skills::path::Route;
@@ -38,7 +38,7 @@ pub(super) enum Begin {
 }
 
 /// The spot at which `bin` is gripped from above, turned along its sides as near to the arm's
-/// plane as they allow. The holder does not count as an obstacle for a bin in it.
+/// plane as they allow, and with it where it leans. The holder does not count as an obstacle for a bin in it.
 pub(super) fn spot(view: View<'_>, bin: &Bin) -> Spot {
     let of = view.of;
     let below_centre = if bin.up() > 0.0 {
@@ -52,14 +52,27 @@ pub(super) fn spot(view: View<'_>, bin: &Bin) -> Spot {
     // A quarter turn of the bin looks the same to the cup; the nearest one turns the wrist
     // least and keeps its joint from winding up.
     let yaw = nearest_quarter(libm::atan2(side.y, side.x), yaw_over(view, bin));
+    let level = Pose {
+        position: [at.x, at.y, at.z + below_centre],
+        orientation_wxyz: straight_down(yaw),
+    };
     Spot {
-        at: Pose {
-            position: [at.x, at.y, at.z + below_centre],
-            orientation_wxyz: straight_down(yaw),
+        at: match view.is_flat(bin) {
+            true => level,
+            false => leaning(&level, bin),
         },
         obstacles: obstacles(view, bin),
         at_rest: bin.at_rest,
     }
+}
+
+/// The pose at a bin that leans, from that at a level one.
+fn leaning(level: &Pose, bin: &Bin) -> Pose {
+    let up = bin.pose.rotation * Vector3::z() * bin.up().signum();
+    let tilt = UnitQuaternion::rotation_between(&Vector3::z(), &up);
+    let about = bin.pose.translation;
+    let turned = about * tilt.unwrap_or_else(UnitQuaternion::identity) * about.inverse();
+    pose::wire(&(turned * pose::isometry(level)))
 }
 
 /// Pose of the TCP above the spot at which `bin` is gripped.

@@ -10,6 +10,9 @@ use robocell_task::Observation;
 use super::columns::{Occupied, Slot};
 use super::job::{BinStack, BinStackNumbers, Turn};
 
+/// Cosine of 40 degrees: a bin that leans by more cannot be gripped.
+const TILTED: f64 = 0.766;
+
 /// An observed bin.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bin {
@@ -73,6 +76,11 @@ impl<'a> View<'a> {
     /// Whether a bin rests on its bottom or on its rim.
     pub(super) fn is_flat(self, bin: &Bin) -> bool {
         bin.up().abs() > self.own.straight
+    }
+
+    /// Whether the cup reaches its bottom or floor, turned with the bin.
+    pub(super) fn can_be_gripped(self, bin: &Bin) -> bool {
+        bin.up().abs() > TILTED
     }
 
     /// The bin to pick next: the one that waits on the belt, or one that was left outside of
@@ -193,7 +201,7 @@ impl<'a> View<'a> {
         offset.x.abs() < x && offset.y.abs() < y && low && offset.z > 0.0
     }
 
-    /// A bin at rest, flat, free and in reach that is neither on the belt nor in a slot: in the
+    /// A bin at rest, free and in reach, not tilted too far, that is neither on the belt nor in a slot: in the
     /// holder, or placed badly.
     pub(super) fn stray(self) -> Option<Bin> {
         let floor = self.of.task.stack.first_m[2];
@@ -206,7 +214,7 @@ impl<'a> View<'a> {
         self.bins().find(|bin| {
             let at = bin.position();
             let far = (at - self.of.base).xy().norm() > self.own.reach_m;
-            let lies = bin.at_rest && self.is_flat(bin) && !far && at.z > floor;
+            let lies = bin.at_rest && self.can_be_gripped(bin) && !far && at.z > floor;
             // A bin below another one is not taken: the upper one would fall.
             lies && !self.on_belt(bin) && !is_stacked(bin) && !self.covered(bin)
         })

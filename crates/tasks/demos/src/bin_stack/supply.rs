@@ -92,10 +92,14 @@ fn note_lost(idle: bool, turn: &mut Turn<'_>) {
     *since = None;
     let view = View::of(turn);
     let left = || view.bins().filter(|bin| view.slot(bin).is_none());
-    let left = left().find(|bin| !view.is_flat(bin)).or(left().next());
+    let left = left()
+        .find(|bin| !view.can_be_gripped(bin))
+        .or(left().next());
     let name = left.map_or("a bin", |bin| turn.name(bin.object));
     let (failure, why) = match left.map(|bin| (bin, view.next_slot(&bin))) {
-        Some((bin, _)) if !view.is_flat(&bin) => (Failure::BinCannotBeGripped, "leans".to_owned()),
+        Some((bin, _)) if !view.can_be_gripped(&bin) => {
+            (Failure::BinCannotBeGripped, "leans".to_owned())
+        }
         Some((_, Err(blocked))) => (Failure::PlaceTaken, no_slot(turn, blocked)),
         Some(_) => (Failure::BinOutOfReach, "cannot be reached".to_owned()),
         None => (Failure::BinLost, "is missing".to_owned()),

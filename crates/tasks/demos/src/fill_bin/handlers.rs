@@ -101,10 +101,6 @@ pub(super) fn lift(turn: &mut Turn<'_>) -> Next {
 /// not tell whether the job was done.
 pub(super) fn ask_for_parts(turn: &mut Turn<'_>) -> Next {
     let (of, job) = (turn.of, &mut *turn.world.job);
-    // Held under the dispenser: failed pick-ups count in a row only.
-    if let Some(attempts) = job.attempts_mut(0, of.bin) {
-        attempts.pick = 0;
-    }
     if turn.memory.broke && !job.done {
         job.done = true;
         let name = &of.task.bin;
@@ -114,6 +110,10 @@ pub(super) fn ask_for_parts(turn: &mut Turn<'_>) -> Next {
         );
     }
     if hold::opens_up(turn) {
+        // Failed pick-ups count in a row only.
+        if let Some(attempts) = turn.world.attempts_mut(of.bin) {
+            attempts.pick = 0;
+        }
         let io = &mut turn.world.job.io;
         // A counter, not a flag: a request cannot be missed or served twice.
         io.drop_parts = io.drop_parts.wrapping_add(1);
@@ -131,14 +131,18 @@ pub(super) fn ask_for_parts(turn: &mut Turn<'_>) -> Next {
     Next::Stay
 }
 
-/// No part would stay in a bin that hangs upside down: it is carried aside and dropped.
+/// No part would stay in a bin that hangs upside down: it is carried aside, turned onto its side
+/// and dropped.
 fn tip_over(turn: &mut Turn<'_>) {
     // The first call carries it aside, the second, after arrival, opens the gripper.
+    let of = turn.of;
     if std::mem::replace(&mut turn.memory.aside, true) {
+        let reason = Failure::BinCannotBeGripped.reason();
+        let what = "came to rest upside down";
+        let _failed = turn.count_failed_pick(of.bin, of.task.max_attempts, reason, what);
         turn.arm.switch(false);
         return;
     }
-    let of = turn.of;
     let name = &of.task.bin;
     turn.world.out.log(format_args!(
         "[hold] {name} hangs upside down; it is dropped, to come to rest another way"
@@ -146,8 +150,8 @@ fn tip_over(turn: &mut Turn<'_>) {
     // From the end of the path, not from the TCP, which lags behind: aside is the same place
     // each time.
     let hold = turn.arm.path.end().map(Waypoint::pose);
-    let aside = pose::shifted(&hold.unwrap_or(turn.tcp), of.task.tip_over_m);
-    let time = PolicyTime::from_seconds(of.task.lift_s);
+    let aside = hold::on_its_side(&hold.unwrap_or(turn.tcp), of.task.tip_over_m);
+    let time = PolicyTime::from_seconds(of.task.carry_s);
     turn.route()
         .avoiding(of.beside_stand)
         .within(time, aside)

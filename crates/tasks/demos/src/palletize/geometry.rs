@@ -2,8 +2,10 @@
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
-/// Cosine of 15 degrees: a bin that leans by more cannot be gripped squarely.
-const SQUARE: f64 = 0.966;
+/// Cosine of 15 degrees: a bin that leans by more is not in its place.
+const LEVEL: f64 = 0.966;
+/// Cosine of 40 degrees: a bin that leans by more cannot be gripped. The cup is turned with it.
+const TILTED: f64 = 0.766;
 
 /// Measures of a bin.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,24 +19,29 @@ pub(super) struct BinShape {
 /// Orientation of a bin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Lie {
-    /// It opens upwards.
+    /// It opens upwards, and may lean a little.
     Upright,
-    /// It opens downwards.
+    /// It opens downwards, and may lean a little.
     UpsideDown,
-    /// On a side, or leaning.
+    /// On a side, or leaning further.
     Tilted,
 }
 
 /// Orientation of a bin at `pose`.
 pub(super) fn lie(pose: &Isometry3<f64>) -> Lie {
     let up = (pose.rotation * Vector3::z()).z;
-    if up > SQUARE {
+    if up > TILTED {
         Lie::Upright
-    } else if up < -SQUARE {
+    } else if up < -TILTED {
         Lie::UpsideDown
     } else {
         Lie::Tilted
     }
+}
+
+/// Whether a bin at `pose` opens upwards and is level.
+pub(super) fn is_level(pose: &Isometry3<f64>) -> bool {
+    (pose.rotation * Vector3::z()).z > LEVEL
 }
 
 /// Whether a bin at `pose` opens downwards, swinging or not.
@@ -44,7 +51,7 @@ pub(super) fn opens_down(pose: &Isometry3<f64>) -> bool {
 
 /// The pose of the tool where the cup, `gap` (m) away, faces the centre of the bin's floor:
 /// from the inside if the bin opens upwards, from the outside if it is upside down. `None` for
-/// one that leans. Of the possible turns about the approach, the one nearest to `tool`.
+/// one that is tilted. Of the possible turns about the approach, the one nearest to `tool`.
 ///
 /// A bin that has to be turned over is gripped such that its long side is level at `flip`, so
 /// that it tilts about that side only.

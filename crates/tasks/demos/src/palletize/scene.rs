@@ -7,7 +7,7 @@ use robocell_skills::pose;
 use robocell_skills::setup::ARM;
 use robocell_task::{Observation, PolicyTime};
 
-use super::geometry::{self, Lie, lie};
+use super::geometry::{self, Lie, is_level, lie};
 use super::memory::Work;
 use super::setup::PalletizeSetup;
 use super::table::Facts;
@@ -96,8 +96,8 @@ impl<'a> View<'a> {
     /// The index of the place that a bin is in.
     pub(super) fn slot_of(&self, bin: &Bin) -> Option<usize> {
         let tolerance = self.setup.task.slot_tolerance_m;
-        // A moving or upside-down bin is not placed, even over its place.
-        if bin.speed > AT_REST_M_S || lie(&bin.pose) != Lie::Upright {
+        // A bin that moves, leans or is upside down is not placed, even over its place.
+        if bin.speed > AT_REST_M_S || !is_level(&bin.pose) {
             return None;
         }
         let mut slots = self.setup.slots.iter();
@@ -172,7 +172,7 @@ impl<'a> View<'a> {
     }
 
     /// The bin to pick next: one in the jig, then one outside of its place, then the first at
-    /// the end of the belt. One that leans cannot be gripped.
+    /// the end of the belt. One that is tilted cannot be gripped.
     pub(super) fn next_bin(&self) -> Option<usize> {
         let loose = || {
             self.present()
