@@ -76,7 +76,7 @@ fn run_bench(args: &BenchArgs) -> Result<(), Failure> {
     task_program::run_other("robocell-bench", &arguments)
 }
 
-/// The work is another program's: most never need what it is made of.
+/// Fetching meshes is another program's work: most users never need its dependencies.
 fn assets(args: &AssetsArgs) -> Result<(), Failure> {
     let mut arguments = Vec::new();
     match &args.verb {
@@ -94,6 +94,7 @@ fn assets(args: &AssetsArgs) -> Result<(), Failure> {
 
 /// Writing data sets is another program's work as well.
 fn export(args: &ExportArgs) -> Result<(), Failure> {
+    // The launcher is built without `parquet`, which is 40 packages (ADR 37).
     let mut arguments = vec!["lerobot".to_owned(), args.lerobot.display().to_string()];
     arguments.extend(args.files.iter().map(|file| file.display().to_string()));
     for name in &args.camera {
@@ -105,6 +106,7 @@ fn export(args: &ExportArgs) -> Result<(), Failure> {
 
 /// Reading meshes is another program's work, too.
 fn spheres(args: &SpheresArgs) -> Result<(), Failure> {
+    // No process of a cell reads meshes, so only `cell-spheres` has their readers (ADR 22).
     let mut arguments = vec![args.urdf.display().to_string()];
     arguments.extend(["--margin".to_owned(), args.margin.to_string()]);
     arguments.extend(["--most".to_owned(), args.most.to_string()]);

@@ -28,7 +28,7 @@ const LOOK: Duration = Duration::from_millis(5);
 /// Output of a program that has ended is read by then, unless another one holds the pipe.
 const DRAIN: Duration = Duration::from_secs(1);
 
-/// Runs `command` until it ends; what it prints where it is piped. `name` is the program,
+/// Runs `command` until it ends; returns the output that is piped. `name` is the program,
 /// `question` as in "asked for {question}".
 ///
 /// # Errors
@@ -40,6 +40,7 @@ pub(crate) fn ask(
     question: &str,
     limit: Duration,
 ) -> Result<Output, Failure> {
+    // A program that reads stdin would wait for the terminal, or consume the input of a script.
     command.stdin(Stdio::null());
     ask_with_input(command, name, question, limit)
 }
@@ -102,21 +103,25 @@ fn to_its_end(child: &mut Child, limit: Duration) -> io::Result<Option<ExitStatu
             return Ok(Some(status));
         }
         if stop_requested() || began.elapsed() > limit {
-            // It may have ended a moment ago.
+            // With its descendants: the children of a build script would run on and keep the pipes
+            // open. The kill fails where the program has just ended.
             kill_tree(child.id()).ok();
             child.wait()?;
             return Ok(None);
         }
+        // Polled: `Child::wait` has neither a time limit nor an end at a request to stop.
         std::thread::sleep(LOOK);
     }
 }
 
-/// Reads a pipe to its end beside the wait: a full pipe stops who writes to it.
+/// Reads a pipe to its end beside the wait: a full pipe would block the program.
 fn reader(mut pipe: impl Read + Send + 'static) -> Receiver<Vec<u8>> {
     let (done, bytes) = channel();
+    // Never joined: a descendant that holds the pipe must not delay the answer beyond `DRAIN`.
     std::thread::spawn(move || {
         let mut all = Vec::new();
         pipe.read_to_end(&mut all).ok();
+        // The receiver is gone if the pipe was open for longer than `DRAIN`.
         done.send(all).ok();
     });
     bytes

@@ -63,6 +63,7 @@ impl FromStr for ControllerOf {
             None => (None, text),
         };
         let (program, address) = match program.split_once('@') {
+            // Only `fci` takes an address: the path of a program may contain an `@`.
             Some((CLIENT_CONTROLLER, address)) => {
                 let wrong = |_| format!("'{address}' is not an IP address, as 127.0.0.2 is one");
                 (CLIENT_CONTROLLER, Some(address.parse().map_err(wrong)?))

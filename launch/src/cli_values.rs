@@ -3,6 +3,7 @@
 /// Name of a cell: it becomes a directory.
 pub(crate) fn cell_name(text: &str) -> Result<String, String> {
     let fine = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+    // The name is part of the paths of sockets, which end at 108 bytes.
     if (1..=24).contains(&text.len()) && text.chars().all(fine) && !text.starts_with('-') {
         return Ok(text.to_owned());
     }
@@ -12,6 +13,7 @@ pub(crate) fn cell_name(text: &str) -> Result<String, String> {
 /// Name of a machine, as it is in a link.
 pub(crate) fn host_name(text: &str) -> Result<String, String> {
     let fine = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '.');
+    // 253 is the longest name in DNS.
     if (1..=253).contains(&text.len()) && text.chars().all(fine) {
         return Ok(text.to_owned());
     }
@@ -25,7 +27,9 @@ pub(crate) fn host_name(text: &str) -> Result<String, String> {
 pub(crate) fn finite(text: &str) -> Result<f64, String> {
     let allowed = "a finite number between -1000 and 1000";
     match text.parse::<f64>() {
+        // Processes refuse messages with larger positions (`ipc_types::validate`).
         Ok(value) if value.is_finite() && value.abs() <= 1000.0 => Ok(value),
+        // As in `0.5m` or `90deg`: the number is fine, the unit is the mistake.
         Err(_) if text.starts_with(|c: char| c.is_ascii_digit() || "-.".contains(c)) => {
             Err(format!(
                 "{allowed}, without a unit: metres for positions; radians for angles, or degrees with `--deg`"
@@ -55,7 +59,7 @@ pub(crate) fn count(text: &str) -> Result<u32, String> {
         .map_err(|_| format!("a whole number from 0 to {}", u32::MAX))
 }
 
-/// How far a sphere reaches out of what it covers (m).
+/// How far a sphere may reach out of the geometry that it covers (m).
 pub(crate) fn margin(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if (0.001..=1.0).contains(&value) => Ok(value),

@@ -66,6 +66,7 @@ pub(crate) fn cell_last(words: &[OsString]) -> Vec<OsString> {
     if words.get(1).is_some_and(|word| word == "complete") {
         return words.to_vec();
     }
+    // Words after `--` are values, even if they look like options.
     let end = words.iter().position(|word| word == "--");
     let (line, rest) = words.split_at(end.unwrap_or(words.len()));
     let (mut others, mut cells) = (Vec::new(), Vec::new());

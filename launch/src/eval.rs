@@ -63,6 +63,7 @@ fn run_seeds(args: &EvalArgs) -> Result<(), Failure> {
         order.add("--input", file);
         order.add("--named-task", args.episodes.data.program.task.clone());
         if let Some(dir) = &args.record_failures {
+            // A recording is made by a run of the whole cell, which only this program starts.
             let own = std::env::current_exe().cannot("find this program")?;
             order.add("--record-failures", Some(path(dir)));
             order.add("--launcher", Some(path(&own)));
@@ -106,6 +107,7 @@ impl Order {
         let data = data.map(found).transpose()?;
         let data = data.as_deref();
         let robot = plan::cell::robot_files(&args.robot, data)?;
+        // Only the names of its program and policies are used, so any seed will do.
         let cell = plan::cell::load(data, demo, seeds.0, robot.as_ref(), &[])?;
         let program = task_program::of_cell(args.data.program.task.as_deref(), &cell, data)?;
         let policy = plan::policy::policy_name(args.policy.as_deref(), &cell, program.as_deref())?;
@@ -146,6 +148,7 @@ impl Order {
 
 fn report_files(args: &ReportRowsArgs) -> Result<(), Failure> {
     if let Some(path) = &args.html {
+        // Before the rows are read: a path that cannot be written is refused at once.
         user_file::check_output(path).cannot(format!("write {}", path.display()))?;
     }
     let mut reports = report(&args.file, args.other.as_deref()).map_err(Failure::configuration)?;

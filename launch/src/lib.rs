@@ -48,6 +48,7 @@ use supervisor::failure::{Code, Context as _, Failure};
 
 /// Does what the command line `words` says and turns a failure into its exit code.
 pub fn main(words: &[OsString]) -> ExitCode {
+    // First: the programs that are started later inherit the limit.
     supervisor::run::preflight::raise_stack();
     let done = parse(words).and_then(|cli| cli.map_or(Ok(()), |cli| app::dispatch(&cli)));
     // What was done is of no use to a script that reads less of it.
@@ -56,6 +57,7 @@ pub fn main(words: &[OsString]) -> ExitCode {
         (Ok(()), written) => written,
         (done, Ok(())) => done,
         (Err(failure), Err(unwritten)) => {
+            // The exit code is that of the command, which failed first.
             say::warn(unwritten);
             Err(failure)
         }
@@ -63,6 +65,7 @@ pub fn main(words: &[OsString]) -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
+            // Empty where clap or another program has printed the reason already.
             if !failure.message.is_empty() {
                 say::warn(&failure);
             }
@@ -88,9 +91,11 @@ fn parse(words: &[OsString]) -> Result<Option<cli::Cli>, Failure> {
         Err(error) => error,
     };
     if error.use_stderr() {
+        // No other stream is left to report a failed write to stderr.
         error.print().ok();
         return Err(Failure::silent(Code::Usage));
     }
+    // Help or version: a reader that ends early, as `head` does, is not a failure.
     match error.print() {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
             Err(error).cannot("write to standard output")

@@ -1,4 +1,4 @@
-//! `robocell`: see [`launch::cli`] for what it does.
+//! `robocell`: see [`launch::cli`] for its commands.
 
 use std::ffi::OsString;
 use std::process::ExitCode;

@@ -13,6 +13,7 @@ use crate::suggestion::did_you_mean;
 pub(crate) fn man(args: &ManArgs) -> Result<(), Failure> {
     // `help` needs no page of its own: every command has `--help`.
     let mut root = Cli::command().disable_help_subcommand(true);
+    // It sets the full names, as `robocell-bt-show`, by which the files are named.
     root.build();
     if let Some(dir) = &args.dir {
         std::fs::create_dir_all(dir).cannot(format!("make {}", dir.display()))?;

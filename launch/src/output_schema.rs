@@ -30,7 +30,7 @@ pub(crate) fn print_schema(name: Option<OutputName>, task: Option<&str>) -> Resu
         OutputName::Run => say_schema::<RunSummary>(),
         OutputName::Status => say_schema::<client::Status>(),
         OutputName::Top => say_schema::<client::Snapshot>(),
-        // Printed by another program, which knows what it prints.
+        // Another program prints this output and knows its schema.
         OutputName::Bench => {
             task_program::run_other("robocell-bench", &["--schema".to_owned()])?;
         }

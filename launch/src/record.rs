@@ -64,6 +64,7 @@ struct Reply {
 pub(crate) fn record(args: &RecordArgs) -> Result<(), Failure> {
     let session = Session::of(args.verb.cell())?;
     let file = |file: &Option<PathBuf>| match file {
+        // Made absolute: the recorder, which writes the file, works in `/`.
         Some(file) => new_file(file),
         None => new_file(&made_up(&session.spec.demo)),
     };
@@ -98,6 +99,7 @@ fn made_up(demo: &str) -> PathBuf {
         _ => PathBuf::from(format!("{demo}-{number}.mcap")),
     };
     let free = (1..10_000).map(name).find(|path| !path.exists());
+    // `new_file` then refuses this one, with the reason.
     free.unwrap_or_else(|| name(1))
 }
 
@@ -106,6 +108,7 @@ fn ask(socket: &Path, request: &Request) -> io::Result<Reply> {
     stream.set_read_timeout(Some(PATIENCE))?;
     writeln!(stream, "{}", serde_json::to_string(request)?)?;
     let mut line = String::new();
+    // A peer that sends without end must not fill the memory.
     BufReader::new(stream.take(1 << 16)).read_line(&mut line)?;
     Ok(serde_json::from_str(&line)?)
 }

@@ -22,6 +22,7 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<(), Failure> {
         let words = ["replay".to_owned(), file.display().to_string()];
         return task_program::run_other("robocell-export", &words);
     }
+    // By pid, so that several recordings can be shown at a time.
     let dir = RunDir::of(&format!("replay-{}", std::process::id()))?;
     let lock = dir.take("replay")?;
     dir.set_recording(&file).cannot("note the replayed file")?;

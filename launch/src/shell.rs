@@ -19,6 +19,7 @@ pub(crate) fn quoted_word(word: &str) -> String {
 /// The command line of this process.
 pub(crate) fn typed() -> String {
     let words = std::env::args_os().skip(1);
+    // Nothing is lost: arguments that are not UTF-8 were refused before.
     let words = words.map(|word| quoted_word(&word.to_string_lossy()));
     let words: Vec<String> = std::iter::once("robocell".to_owned())
         .chain(words)

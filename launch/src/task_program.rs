@@ -62,6 +62,7 @@ pub(crate) fn of_arms(
 
 /// The program `asked` for, a path or a name.
 pub(crate) fn find(asked: &str, data_dir: Option<&Path>) -> Result<PathBuf, Failure> {
+    // As in `--task job.py`: the working directory is not among the places.
     let here = python::is_file(Path::new(asked)) && Path::new(asked).is_file();
     if asked.contains('/') || here {
         let path = std::fs::canonicalize(asked).cannot(format!("find task program {asked}"))?;
@@ -103,6 +104,8 @@ fn places(data_dir: Option<&Path>) -> Vec<PathBuf> {
     let own = std::env::current_exe().ok();
     places.extend(own.as_deref().and_then(Path::parent).map(Path::to_owned));
     let path = std::env::var_os("PATH").unwrap_or_default();
+    // An empty or relative entry depends on the working directory, where any file may have the
+    // name.
     places.extend(std::env::split_paths(&path).filter(|place| place.is_absolute()));
     places
 }
@@ -151,12 +154,13 @@ pub(crate) fn run_to_its_end(
     })
 }
 
-/// Becomes a task program: who kills this process kills what it does.
+/// Replaces this process by a task program: a kill of this process ends the work.
 pub(crate) fn become_it(program: Option<&Path>, arguments: &[String]) -> Failure {
     let path = match task_program(program) {
         Ok(path) => path,
         Err(failure) => return failure,
     };
+    // A child would outlive a killed launcher and keep the lock of its rows (ADR 23).
     let error = python::command(&path).args(arguments).exec();
     Failure::configuration(format!("start {}: {error}", path.display()))
 }
@@ -218,6 +222,7 @@ fn named(path: &Path) -> String {
 fn limit(program: Option<&Path>) -> Duration {
     match program {
         Some(path) if python::is_file(path) => asked::IMPORTS,
+        // It may be a script that builds the task first, as that of `robocell new`.
         Some(_) => asked::BUILD,
         None => asked::QUICK,
     }
@@ -237,7 +242,7 @@ fn picture(path: &Path, demo: &str, policy: &str, (data_dir, set, replace): File
     for setting in set {
         command.args(["--set", &setting.to_string()]);
     }
-    // A list of plain values.
+    // A list of plain values: it can always be written as JSON.
     if let Ok(rules) = serde_json::to_string(replace)
         && !replace.is_empty()
     {

@@ -1,9 +1,9 @@
-//! What is piped into `head` ends quietly when `head` has enough.
+//! Output that is piped into `head` ends quietly when `head` has enough.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::process::{Command, Stdio};
 
-/// Runs `robocell` with a stdout no process reads; what it said on stderr.
+/// Runs `robocell` with a stdout that no process reads; returns its exit code and its stderr.
 fn unheard(arguments: &[&str]) -> (Option<i32>, String) {
     let (reader, writer) = std::io::pipe().unwrap();
     drop(reader);

@@ -7,7 +7,7 @@ export default defineConfig({
     outDir: "dist",
     target: "es2022",
     chunkSizeWarningLimit: 1500,
-    // Who copies the page copies the notices of what is in it.
+    // A copy of the page must carry the notices of the packages in it.
     license: { fileName: "licences.md" },
   },
 });

@@ -1,4 +1,4 @@
-//! What Python is told about a cell before it runs, as JSON.
+//! The description of a cell that Python gets before it runs, as JSON.
 
 use cell_model::Cell;
 use cell_model::runs::wire;

@@ -148,6 +148,7 @@ impl Arm {
                 continue;
             }
             let object = inner.decision.object(name)?;
+            // An object without a bit is not an obstacle, so there is nothing to ignore.
             if let Some(bit) = inner
                 .decision
                 .setup
@@ -199,7 +200,8 @@ impl Arm {
     fn begin(&self, mut skill: Work) -> PyResult<()> {
         skill.restart();
         let mut inner = lock(&self.shared);
-        // Without a policy nobody is told of an exception in a decision.
+        // Checked now: in a decision of a cell without a policy no caller would get the
+        // exception.
         skill.check_names(&inner.decision)?;
         inner.tell(self.index, Command::Skill(skill, None))
     }

@@ -1,4 +1,4 @@
-//! What an arm is told.
+//! Commands for an arm.
 
 use ipc_types::{GripperGoal, MAX_JOINTS, Pose};
 use pyo3::prelude::*;
@@ -14,8 +14,8 @@ const SAME_GOAL_M: f64 = 0.05;
 /// Number of the joint-space PD controller, which sees no obstacles.
 const JOINT_PD: u32 = cell_sim::controller_proc::controllers::JOINT_PD;
 
-/// What an arm is told: in a decision for 10 ms, outside of decisions until it is told
-/// something else.
+/// A command for an arm: in a decision for 10 ms, from outside of decisions until the next
+/// command.
 #[derive(Clone, Serialize, Deserialize)]
 pub(crate) enum Command {
     /// The TCP to a pose.
@@ -96,6 +96,7 @@ impl PoseCommand {
 }
 
 fn joints(world: &mut World<'_>, positions: &[f64], gripper: u32, selector: u32) {
+    // A new key in each decision would be a new goal every 10 ms.
     let key = match world.out.previous(world.arm) {
         Some(told) if told.kind == GoalKind::Joints => told.key,
         _ => world.new_key(),
@@ -120,6 +121,7 @@ fn padded(positions: &[f64]) -> [f64; MAX_JOINTS] {
 }
 
 fn goal(code: u32) -> GripperGoal {
+    // Only a snapshot of another version has another code; then the gripper keeps its command.
     GripperGoal::from_code(code).unwrap_or(GripperGoal::Keep)
 }
 

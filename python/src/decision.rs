@@ -1,4 +1,4 @@
-//! What a policy sees and says in one decision.
+//! The inputs and outputs of a policy in one decision.
 
 use behavior::suggest;
 use ipc_types::{MAX_ARMS, Wire, WorldState};
@@ -8,7 +8,7 @@ use robocell_skills::{ArmMemory, Setup, Told, World};
 use robocell_task::observation::ControllerEcho;
 use robocell_task::{Job, Observation, Output, PolicyTime};
 
-/// What a policy sees and says in one decision.
+/// The inputs and outputs of a policy in one decision.
 pub(crate) struct Decision {
     pub(crate) setup: Setup,
     pub(crate) state: Box<WorldState>,
@@ -54,7 +54,7 @@ impl Decision {
         arm.map_or(0, |arm| arm.joint_count as usize)
     }
 
-    /// Takes what a decision begins with.
+    /// Takes the inputs of a decision at its start.
     pub(crate) fn begin(&mut self, seen: &Observation<'_>, job: &mut Job, out: &mut Output) {
         *self.state = *seen.state();
         for (arm, echo) in self.echoes.iter_mut().enumerate() {
@@ -63,12 +63,13 @@ impl Decision {
         self.time = seen.time();
         self.told = [Told::default(); MAX_ARMS];
         self.open = true;
+        // Moved in until `end`: the objects of Python share this value and cannot hold a borrow.
         std::mem::swap(&mut self.job, job);
         std::mem::swap(&mut self.out, out);
     }
 
-    /// Gives back what [`Decision::begin`] took. With `finish`, arms without a command
-    /// stay where they are, and drops are counted.
+    /// Returns the job and the output that [`Decision::begin`] took. With `finish`, arms without a
+    /// command stay where they are, and drops are counted.
     pub(crate) fn end(&mut self, finish: bool, job: &mut Job, out: &mut Output) {
         if finish {
             (0..self.setup.arms.len()).for_each(|arm| self.world(arm, |world| world.finish()));
@@ -105,6 +106,7 @@ impl Decision {
         let names = &self.setup.obstacles;
         let index = names.iter().position(|known| known == name);
         let known = || names.iter().map(String::as_str).collect();
+        // A mask has 64 bits; a shift by more would overflow.
         found("obstacle", name, index.filter(|index| *index < 64), known).map(|index| 1 << index)
     }
 

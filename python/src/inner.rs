@@ -1,5 +1,5 @@
-//! What Python and a policy share: a decision, and between decisions what the arms and the
-//! equipment of a cell without a policy were told.
+//! The data that Python and a policy share: a decision and, between the decisions of a cell
+//! without a policy, the commands for its arms and its equipment.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -12,7 +12,7 @@ use crate::command::Command;
 use crate::decision::Decision;
 use crate::work::Status;
 
-/// What the equipment was asked for outside of decisions.
+/// Requests to the equipment from outside of decisions.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Asked {
     pub(crate) conveyor: Option<bool>,
@@ -20,12 +20,12 @@ pub(crate) struct Asked {
     pub(crate) parts: u32,
 }
 
-/// A decision, and what arms and equipment are told outside of decisions.
+/// A decision, and the commands for arms and equipment from outside of decisions.
 pub(crate) struct Inner {
     pub(crate) decision: Decision,
-    /// By arm, what it was told outside of decisions; empty where a policy decides.
+    /// By arm, its command from outside of decisions; empty where a policy decides.
     kept: Vec<Option<Command>>,
-    /// What the equipment is asked for by the next decision.
+    /// Requests to the equipment for the next decision.
     pub(crate) asked: Asked,
 }
 
@@ -39,7 +39,7 @@ impl Inner {
         }
     }
 
-    /// As [`Inner::new`], for a cell whose arms are told outside of decisions.
+    /// As [`Inner::new`], for a cell whose arms are commanded from outside of decisions.
     pub(crate) fn told_outside(setup: Setup) -> Self {
         let kept = vec![None; setup.arms.len()];
         Self {
@@ -62,7 +62,7 @@ impl Inner {
         }
     }
 
-    /// Gives every arm, and the equipment, what they were told outside of decisions.
+    /// Gives every arm, and the equipment, their commands from outside of decisions.
     pub(crate) fn give_kept(&mut self) -> PyResult<()> {
         self.give_asked();
         let mut kept = std::mem::take(&mut self.kept);
@@ -94,19 +94,19 @@ impl Inner {
         Ok(())
     }
 
-    /// What the arms were told outside of decisions.
+    /// The commands for the arms from outside of decisions.
     pub(crate) fn kept(&self) -> &[Option<Command>] {
         &self.kept
     }
 
-    /// Takes back what [`Inner::kept`] gave.
+    /// Restores the commands that [`Inner::kept`] returned.
     pub(crate) fn keep(&mut self, kept: Vec<Option<Command>>) {
         if kept.len() == self.kept.len() {
             self.kept = kept;
         }
     }
 
-    /// How the skill that an arm was told ended.
+    /// Status of the skill that an arm was given; `None` without one.
     pub(crate) fn skill_status(&self, arm: usize) -> Option<Status> {
         match self.kept.get(arm)?.as_ref()? {
             Command::Skill(_, ended) => Some(ended.unwrap_or(Status::RUNNING)),
@@ -115,10 +115,10 @@ impl Inner {
     }
 }
 
-/// What Python and the policy share.
+/// The data that Python and the policy share.
 pub(crate) type Shared = Arc<Mutex<Inner>>;
 
-/// Locks it. A decision that failed leaves nothing half done that matters.
+/// Locks it, also after a panic: a decision that failed leaves nothing half done that matters.
 pub(crate) fn lock(shared: &Shared) -> MutexGuard<'_, Inner> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,5 +1,5 @@
 //! The extension module `robocell._core`: tasks in Python on the bus of a cell or in
-//! this process. What its classes are for is said in the Python package.
+//! this process. Its classes are documented in the Python package.
 
 #![allow(
     clippy::needless_pass_by_value,

@@ -21,7 +21,10 @@ pub(crate) fn step_all(
     ticks: u64,
     threads: Option<usize>,
 ) -> PyResult<Vec<u64>> {
+    // Policies in Python attach to the interpreter in the threads; held here, it would block them
+    // for ever.
     let done = py.detach(|| each(&cells, threads, |cell| cell.get().advance(ticks)));
+    // Before the errors: after one of them the other cells have advanced as well.
     let shown = cells.iter().try_for_each(|cell| cell.get().show(py));
     let done: PyResult<Vec<u64>> = done.into_iter().collect();
     shown.and(done)
@@ -64,6 +67,7 @@ fn each<T: Send>(
     let next = AtomicUsize::new(0);
     let take = || {
         while let Some((cell, slot)) = {
+            // Relaxed: the slots have locks of their own, and only the number is shared.
             let i = next.fetch_add(1, Ordering::Relaxed);
             cells.get(i).zip(done.get(i))
         } {

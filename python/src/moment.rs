@@ -50,6 +50,8 @@ impl Moment {
     /// Shows Python the state of this decision.
     pub(crate) fn show_state(&self, py: Python<'_>) -> PyResult<()> {
         let inner = lock(&self.shared);
+        // Copied into one array for the whole run: views in Python see every state without a new
+        // object.
         let mut shown = self.state.bind(py).try_readwrite()?;
         shown
             .as_slice_mut()?
@@ -126,6 +128,7 @@ impl Moment {
             pattern,
         };
         let setup = &mut lock(&self.shared).decision.setup;
+        // A name is looked up from the start of the list, so an older place of this name would win.
         setup.places.retain(|place| place.name != name);
         setup.add_place(name, &table);
         Ok(())

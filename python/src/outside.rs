@@ -1,5 +1,5 @@
-//! The policy of a cell that a program drives: it gives arms and equipment what they were
-//! told between two calls of `Cell.step`.
+//! The policy of a cell that a program drives: it gives arms and equipment the commands from
+//! between two calls of `Cell.step`.
 
 use std::sync::Arc;
 
@@ -45,7 +45,7 @@ impl Memory {
     }
 }
 
-/// Gives what was told outside of decisions.
+/// Gives the commands from outside of decisions.
 pub(crate) struct Outside {
     shared: Shared,
 }
@@ -68,6 +68,7 @@ impl AnyPolicy for Outside {
         let mut inner = lock(&self.shared);
         inner.decision.begin(observation, job, out);
         let given = inner.give_kept();
+        // Before the event below: until `end` the output of this decision is in `inner`.
         inner.decision.end(true, job, out);
         if let Err(problem) = given {
             out.event(TraceEvent::Fault, format_args!("[fault] {problem}"));

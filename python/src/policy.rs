@@ -24,9 +24,9 @@ use crate::moment::{Moment, status_of};
 /// Reason of a job whose policy raised an exception.
 const RAISED: &str = "policy_raised";
 
-/// What happens to an exception of a policy: it, and a line with its file and line.
+/// Gets an exception of a policy, and a sentence with its file and line.
 pub(crate) type OnFault = Arc<dyn Fn(PyErr, &str) + Send + Sync>;
-/// What happens to a warning, besides the line in the log of the task.
+/// Gets a warning, which is a line in the log of the task as well.
 pub(crate) type OnWarning = Arc<dyn Fn(&str) + Send + Sync>;
 
 /// Where the problems of a policy are reported.
@@ -95,6 +95,7 @@ impl PyPolicy {
 
     /// Calls a method of the policy inside of a decision.
     fn call(&mut self, method: &str, seen: &Observation<'_>, job: &mut Job, out: &mut Output) {
+        // Locked twice, not over the call: Python locks it for every command.
         lock(&self.shared).decision.begin(seen, job, out);
         let answer = Python::attach(|py| {
             let called = self.moment.get().show_state(py);
@@ -120,7 +121,7 @@ impl PyPolicy {
         }
     }
 
-    /// A line of the policy's memory: a loss, or what an edited file has changed.
+    /// Adds a line about the policy's memory: a loss, or the changes of an edited file.
     fn tell(&self, kind: &str, line: &str, out: &mut Output) {
         if kind == WARNING {
             out.log(format_args!("[warning] {line}"));
@@ -286,6 +287,7 @@ impl AnyPolicy for PyPolicy {
             }
             Err(error) => {
                 let problem = Python::attach(|py| explain(py, &error));
+                // Python may have restored a part before it raised the exception.
                 self.reset();
                 Err(serde::de::Error::custom(problem))
             }

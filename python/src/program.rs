@@ -44,6 +44,7 @@ pub(crate) fn task_main(
         on_fault: if is_process {
             Arc::new(end_process)
         } else {
+            // The job fails with its reason, and other episodes continue.
             Arc::new(|_, _| {})
         },
         on_warning: Arc::new(move |line| {
@@ -55,6 +56,7 @@ pub(crate) fn task_main(
         }),
     };
     let policies = policies(makers, &reports);
+    // The policies attach to the interpreter in other threads; held here, it would block them.
     let code = py.detach(move || main_of(policies, Controllers::default(), &words));
     // An ExitCode tells its number to the operating system only.
     (0..=u8::MAX)

@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::{Value, json};
 
-/// What was read, as bytes of structs one after the other.
+/// The messages that were read, as bytes of structs one after the other.
 #[derive(Default)]
 struct Read {
     ticks: Vec<u64>,
@@ -27,18 +27,18 @@ struct Read {
     problems: Vec<String>,
     arm_count: usize,
     object_count: usize,
-    /// The newest that is known of each object.
+    /// The newest known state of each object.
     known: Vec<ObjectState>,
     /// A state with all objects was read; those before it are left out.
     has_all: bool,
 }
 
-/// The newest history of a recording, a file or the directory of a flight recorder: what
-/// it is of, as JSON, and its arrays by name. Of states and statuses it has those of each
+/// The newest history of a recording, a file or the directory of a flight recorder: its
+/// description as JSON, and its arrays by name. Of states and statuses it has those of each
 /// `every`th tick.
 ///
 /// # Errors
-/// For what is no recording.
+/// For a path that is not a recording.
 #[pyfunction]
 #[pyo3(signature = (path, every=10))]
 pub(crate) fn read_recording(

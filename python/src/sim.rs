@@ -36,7 +36,7 @@ type Fault = Arc<Mutex<Option<PyErr>>>;
 #[pyclass(frozen, module = "robocell._core")]
 pub(crate) struct Sim {
     run: Mutex<Run>,
-    /// What Python sees of the cell, and tells its arms.
+    /// The state that Python sees, and its commands for the arms.
     shared: Shared,
     moment: Py<Moment>,
     /// The newest decision, byte by byte.
@@ -45,7 +45,7 @@ pub(crate) struct Sim {
     fault: Fault,
 }
 
-/// The cell, and what it was made of.
+/// The cell, and the inputs that it was made from.
 struct Run {
     sim: OneProcess,
     spec: RunSpec,
@@ -70,7 +70,7 @@ impl Run {
         })
     }
 
-    /// Keeps what the cell has told since the last call.
+    /// Keeps the lines and warnings of the cell since the last call.
     fn take_news(&mut self) {
         let lines = self.sim.take_trace();
         let tick = self.sim.state().header.tick;
@@ -103,16 +103,17 @@ impl Sim {
         self.run.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// What cameras see now.
+    /// Pictures of cameras in the present state.
     pub(crate) fn pictures(&self, cameras: &[String]) -> Result<Vec<Picture>, String> {
         let run = self.lock();
         camera::observe(&run.cell, run.sim.state(), cameras).map_err(|error| error.to_string())
     }
 
-    /// Advances; then what Python sees is the new state. The interpreter is free.
+    /// Advances; then Python sees the new state. The interpreter is not held.
     pub(crate) fn advance(&self, ticks: u64) -> PyResult<u64> {
         let mut run = self.lock();
         let done = run.step(ticks, &self.fault).map_err(refused);
+        // After an error as well: Python sees the state in which the cell stopped.
         lock(&self.shared).decision.show(run.sim.state());
         run.take_news();
         if let Some(raised) = peek(&self.fault).take() {
@@ -135,7 +136,7 @@ impl Sim {
 #[pymethods]
 impl Sim {
     /// Loads `name`, of the folder `data` or a built-in one. `policy` names a policy;
-    /// with `maker` it is one in Python; without both the arms are told from outside.
+    /// with `maker` it is one in Python; without both the arms are commanded from outside.
     #[new]
     #[pyo3(signature = (name, seed=0, policy=None, maker=None, data=None, bins=None, script=None,
                         time_limit_s=None, set=Vec::new(), replace=Vec::new()))]
@@ -183,6 +184,7 @@ impl Sim {
             None if is_outside => from_outside(&shared, &mut spec),
             None => built_in(policy.as_deref().unwrap_or_default(), &cell, &mut spec),
         };
+        // A program that commands the arms itself decides when the run ends.
         if !is_outside {
             spec.time_limit_s = Some(time_limit_s.unwrap_or(cell.time_limit_s));
         }
@@ -200,7 +202,7 @@ impl Sim {
         Ok(sim)
     }
 
-    /// What is seen of the cell, with its arms.
+    /// The state of the cell, with its arms.
     #[getter]
     fn moment(&self, py: Python<'_>) -> Py<Moment> {
         self.moment.clone_ref(py)
@@ -231,6 +233,7 @@ impl Sim {
             {
                 let mut inner = lock(&self.shared);
                 let setup = inner.decision.setup.clone();
+                // Replaced in place: the moment and the arms in Python share this value.
                 *inner = if inner.kept().is_empty() {
                     Inner::new(setup)
                 } else {
@@ -315,7 +318,7 @@ impl Sim {
             .collect()
     }
 
-    /// What the numbers of a mask are, from 1 on.
+    /// Names of the numbers of a mask, from 1 on.
     #[getter]
     fn instances(&self) -> Vec<String> {
         camera::instances(&self.lock().cell)

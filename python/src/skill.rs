@@ -24,6 +24,7 @@ impl FromPyObject<'_, '_> for Work {
     type Error = PyErr;
 
     fn extract(skill: Borrowed<'_, '_, PyAny>) -> PyResult<Self> {
+        // A copy: the object in Python may be given to another arm meanwhile.
         Ok(skill.cast::<Skill>()?.try_borrow()?.0.clone())
     }
 }
@@ -145,7 +146,7 @@ impl Skill {
         self.0.step(&mut inner.decision, arm.index)
     }
 
-    /// Forgets its progress: the next step begins the skill.
+    /// Forgets its progress: the next step starts the skill again.
     fn reset(&mut self) {
         self.0.restart();
     }

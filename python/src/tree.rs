@@ -32,7 +32,7 @@ struct Caller<'w> {
     error: Option<PyErr>,
 }
 
-/// A leaf of a Python class or function; what it remembers is in Python.
+/// A leaf of a Python class or function; its memory is in Python.
 struct PyLeaf(DeclaredLeaf);
 
 impl PyLeaf {
@@ -102,7 +102,7 @@ impl Leaf<Python3> for PyLeaf {
     }
 
     fn halt(&self, (): &mut (), cx: &mut Cx<'_, '_, Python3>, _: ResetReason) -> Halt {
-        // An exception ends the decision.
+        // The caller has kept an exception, which ends the decision.
         let _answer = self.say("halt", cx);
         Halt::Done
     }
@@ -138,6 +138,7 @@ fn integer(value: &Bound<'_, PyAny>) -> Option<i64> {
 }
 
 fn from_python(port: &str, value: &Bound<'_, PyAny>) -> PyResult<Value> {
+    // Before numbers: `True` is a number of Python as well.
     if let Ok(value) = value.extract::<bool>() {
         return Ok(Value::Bool(value));
     }

@@ -110,7 +110,7 @@ impl What {
     }
 }
 
-/// A skill under way: what it does, and what it remembers.
+/// A skill in progress, with its memory.
 #[derive(Clone, Serialize, Deserialize)]
 pub(crate) struct Work {
     pub(crate) what: What,
@@ -234,6 +234,7 @@ fn motion(what: &What, decision: &mut Decision, arm: usize) -> PyResult<MoveTo> 
     if let Some(gripper) = gripper.and_then(GripperGoal::from_code) {
         motion.gripper = gripper;
     }
+    // A motion straight up, and one down onto an object or into a place, is precise by itself.
     motion.precise |= *precise;
     motion.timeout = PolicyTime::from_seconds(*timeout_s);
     Ok(motion)
@@ -252,6 +253,7 @@ fn plain(what: &What, progress: &mut Progress, world: &mut World<'_>) -> Ended {
         What::AddBin => AddBin.step(progress, world),
         What::DropParts => DropParts.step(progress, world),
         What::FollowOperator => FollowOperator.step(progress, world),
+        // `Work::step` has handled the skills with names.
         What::Move { .. } | What::Pick { .. } | What::Place { .. } | What::Close(_) => {
             Ended::Failure
         }
@@ -282,6 +284,7 @@ pub(crate) fn pose_of(position: [f64; 3], orientation_wxyz: [f64; 4]) -> PyResul
     }
     Ok(Pose {
         position,
+        // Numbers that a person typed have a length of 1 only up to their digits.
         orientation_wxyz: orientation_wxyz.map(|x| x / norm),
     })
 }

@@ -1,4 +1,4 @@
-"""Machines of the package transitions: what is refused at the start, with its line."""
+"""Machines of the package transitions: faults that are refused at the start, with their lines."""
 
 from __future__ import annotations
 

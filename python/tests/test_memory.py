@@ -241,7 +241,7 @@ def test_a_save_that_fails_is_named_once_and_the_task_continues(policy: Any, whe
     cell = make(policy, 100)
     (line,) = log_of(cell)
     path, number = line_of(where).rsplit(":", 1)
-    # The line of the method, or of what it raised.
+    # The line of the method, or of the statement that raised the exception.
     assert any(line.startswith(f"[warning] {path}:{int(number) + n}: ") for n in (1, 2)), line
     assert why in line
     again, _ = restarted(policy, policy)

@@ -47,7 +47,7 @@ impl TestCell {
         Self::start_with(base, arguments, |_| {})
     }
 
-    /// As [`TestCell::start_in`], `prepare` changing what is started.
+    /// As [`TestCell::start_in`], after `prepare` has changed the command.
     ///
     /// # Panics
     /// Where the program cannot be started.

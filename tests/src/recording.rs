@@ -51,7 +51,7 @@ pub fn rewrite(
     let mut writer = RecordingWriter::create(to, &preamble).expect("a new file");
     for entry in recording.messages() {
         let mut entry = entry.expect("a message that can be read");
-        // The writer itself writes what a file begins with.
+        // The writer itself writes the start of a file.
         if !matches!(
             entry.channel,
             Channel::Run | Channel::Scene | Channel::SceneUpdate

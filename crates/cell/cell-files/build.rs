@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::{env, fs, io};
 
-/// Files people write for a cell; whatever else lies there is not taken.
+/// Files that people write for a cell; other files of the folders are left out.
 const EXTENSIONS: [&str; 5] = ["toml", "json", "urdf", "xrdf", "yaml"];
 
 fn main() -> io::Result<()> {

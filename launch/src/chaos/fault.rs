@@ -1,4 +1,4 @@
-//! What is done to a running cell.
+//! Faults of a running cell.
 
 use std::collections::VecDeque;
 use std::io::Write;
@@ -18,8 +18,10 @@ use crate::cli_kinds::FaultKind;
 /// How long a busy machine, a full disk and a flood last (s).
 const EPISODE_S: f64 = 3.0;
 /// Shortest and longest time a process is stopped (ns).
+// The watchdog replaces a process after 0.1 to 2 s: stops end before and after that.
 const STOPPED_NS: (f64, f64) = (5.0e7, 2.5e9);
 /// Connections of a flood that are open at a time.
+// As many as the control socket serves at a time: each further one displaces the oldest.
 const FLOOD: usize = 64;
 
 /// A process that has to come back.
@@ -42,7 +44,7 @@ pub(super) enum Begun {
 /// Faults that last.
 #[derive(Debug, Default)]
 pub(super) struct Faults {
-    /// What is killed and stopped; any process without it.
+    /// The process that is killed and stopped; any process if `None`.
     only: Option<ProcessName>,
     stopped: Vec<(u64, u32)>,
     disturbances: Disturbances,
@@ -69,6 +71,7 @@ impl Faults {
             FaultKind::Kill => kill_one(live, self.only, random, now_ns).map(Begun::Gone),
             FaultKind::Stop => {
                 let (struck, pid) = victim(live, self.only, random, now_ns)?;
+                // A process that has just ended cannot be stopped: this fault is not counted.
                 kill(pid, SIGSTOP).ok()?;
                 let for_ns = STOPPED_NS.0 + random.share() * (STOPPED_NS.1 - STOPPED_NS.0);
                 self.stopped.push((now_ns + nanos(for_ns), pid));
@@ -98,6 +101,7 @@ impl Faults {
                 } else {
                     Process::Physics
                 };
+                // Before the kill: the successor reads the file some milliseconds after it.
                 self.disturb(live, now_ns, &ScriptAction::Corrupt { file })?;
                 let (struck, pid) = of(live, process, now_ns)?;
                 kill(pid, SIGKILL).ok()?;
@@ -106,10 +110,11 @@ impl Faults {
         }
     }
 
-    /// Ends what is over, continues what is not.
+    /// Ends the faults whose time has passed.
     pub(super) fn turn(&mut self, live: &LiveCell, now_ns: u64) {
         self.stopped.retain(|(until_ns, pid)| {
             let is_over = now_ns >= *until_ns;
+            // A pid that is no longer of the cell may belong to another program by now.
             let runs = live.pids().iter().any(|(_, alive)| *alive == Some(*pid));
             if is_over && runs {
                 // It may have been replaced a moment ago.
@@ -135,10 +140,12 @@ fn flood(socket: &Path, until_ns: u64) {
         if monotonic_ns() >= until_ns {
             break;
         }
+        // The launcher removes the socket when the cell ends, perhaps before the flood does.
         let Ok(mut stream) = UnixStream::connect(socket) else {
             break;
         };
         if number.is_multiple_of(2) {
+            // The launcher may have closed the connection already: it serves a limited number.
             stream.write_all(b"{\"ask\": [[[[\n").ok();
         }
         open.push_back(stream);

@@ -54,7 +54,7 @@ impl Kill {
     }
 }
 
-/// What is known of the cell at one moment.
+/// State of the cell at one moment.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Sight {
     /// Every process works, and the job is not over.
@@ -114,12 +114,14 @@ impl Kills {
         }
     }
 
-    /// Job number `job` begins.
+    /// Starts job number `job`.
     pub(super) fn begin_job(&mut self, job: u64, seed: u64) {
         self.job = (job, seed);
         self.done_before = self.done.len();
+        // `turn` compares only the first instant with the time.
         self.postponed.sort_by(f64::total_cmp);
         self.left = self.postponed.drain(..).collect();
+        // Each job has its own supervisor, whose count of crashes starts at 0.
         self.next_ns = 0;
     }
 
@@ -140,6 +142,8 @@ impl Kills {
         let Some(instant) = self.left.front().copied().filter(is_due) else {
             return;
         };
+        // Removed even if no kill is possible now: later in this job it would not be the instant
+        // drawn.
         self.left.pop_front();
         let may_strike = self.pending.is_none() && now_ns >= self.next_ns;
         let struck = may_strike.then(|| strike(&mut self.random)).flatten();
@@ -194,6 +198,7 @@ impl Kills {
             self.postponed.extend(self.left.drain(..));
             return;
         }
+        // The job ended before the successor was seen: this kill proves nothing and is repeated.
         let killed_last = self.pending.take();
         self.postponed.extend(killed_last.map(|kill| kill.instant));
         // This job was shorter than the first one: it is hit at other instants.

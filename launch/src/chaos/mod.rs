@@ -71,6 +71,7 @@ fn play(
     let dir = plan.dir.clone();
     let live = LiveCell::start(plan)?;
     let end = live.stay(|live| course.turn(live, args, report));
+    // `stay` has ended all processes and removed their files: anything that is left is a leak.
     report.leftovers += Leftovers::find(&dir).count();
     let mut ticks = None;
     match end {
@@ -86,6 +87,7 @@ fn play(
             report.jobs_failed += 1;
             say::warn(format_args!("job {job}: {failure}"));
         }
+        // Stopped at the end of the series or by a person: neither finished nor failed.
         End::Stopped(_) | End::Replaced(_) => {}
     }
     if !args.json {
@@ -100,6 +102,7 @@ fn play(
 /// The run of one job, as `robocell run` would have it.
 fn plan(args: &ChaosArgs, seed: u64) -> Result<Plan, Failure> {
     let seed = seed.to_string();
+    // Parsed from words: only the parser of `run` knows its defaults.
     let mut words = vec!["robocell", "run", &args.demo, "--headless", "--until-done"];
     words.extend(["--seed", &seed, "--cell", &args.cell]);
     if let Some(policy) = &args.policy {
@@ -180,7 +183,7 @@ impl Course {
     }
 }
 
-/// What is seen of a running cell.
+/// State of a running cell.
 fn sight(live: &LiveCell) -> Sight {
     let Some(state) = live.watch().state() else {
         return Sight::default();
@@ -241,6 +244,7 @@ impl Injector {
         if !live.is_ready() {
             return;
         }
+        // The first pause starts when the cell works, however long its start took.
         if self.next_ns == 0 {
             self.next_ns = now_ns + self.pause_ns();
         }
@@ -259,6 +263,8 @@ impl Injector {
                     self.struck.push(struck);
                 }
             }
+            // `fill` is refused for as long as the file system is too large. The other kinds fail
+            // for a moment only, as while a process restarts.
             None if kind == FaultKind::Fill && !self.impossible.contains(&kind) => {
                 self.impossible.push(kind);
             }
@@ -268,6 +274,7 @@ impl Injector {
 
     /// Exponentially distributed, as independent faults are.
     fn pause_ns(&mut self) -> u64 {
+        // `share` can be 0, of which the logarithm is infinite, but never 1.
         let share = 1.0 - self.random.share();
         nanos(-share.ln() * self.mean_ns / SECOND_NS as f64)
     }
@@ -282,13 +289,17 @@ impl Injector {
             }
             // One that was stopped too shortly to be replaced has nothing to recover from.
             let was_gone = is_back || live.generation(struck.process) > struck.generation;
+            // A stop lasts 2.5 s at most.
             let is_short = took_ns > 3 * SECOND_NS && !was_gone;
             !(is_back || is_short || took_ns > LONGEST_NS)
         });
     }
 
     fn end_of_job(&mut self) {
+        // Dropping the old value ends its busy loops and removes the file that fills the disk.
         self.faults = Faults::new(self.only);
+        // The next cell counts the starts of its processes from the first one: these numbers mean
+        // nothing there.
         self.struck.clear();
         self.next_ns = 0;
     }

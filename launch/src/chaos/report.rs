@@ -86,6 +86,7 @@ impl Report {
         }
         self.jobs_done += 1;
         self.placed.push(summary.placed.len());
+        // Computed for all jobs again: a later job may be fuller than those before.
         let most = self.placed.iter().copied().max().unwrap_or(0);
         let lost: usize = self.placed.iter().map(|placed| most - placed).sum();
         self.parts_lost = u32::try_from(lost).unwrap_or(u32::MAX);

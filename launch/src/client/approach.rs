@@ -63,6 +63,7 @@ impl Approach {
                 .map(|stops| contact_since(panel, stops).unwrap_or(Arrival::Replaced));
         }
         self.heard = Some(panel.contact_stops);
+        // In a pause no tick passes, so none of the limits below would end the wait.
         if state.has(FLAG_PAUSED) {
             return Some(Arrival::Paused);
         }
@@ -99,6 +100,7 @@ fn error(from: &Pose, to: &Pose) -> (f64, f64) {
     let distance_m = offset.map(|x| x * x).sum::<f64>().sqrt();
     let both = from.orientation_wxyz.iter().zip(&to.orientation_wxyz);
     let cos_half: f64 = both.map(|(a, b)| a * b).sum();
+    // `q` and `-q` are one orientation. Rounding may exceed 1, where `acos` is not a number.
     (distance_m, 2.0 * cos_half.abs().min(1.0).acos())
 }
 

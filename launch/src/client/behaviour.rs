@@ -20,8 +20,8 @@ use crate::{output_schema, say, task_program};
 
 /// How often a running behaviour is looked at.
 const LOOK: Duration = Duration::from_millis(100);
-/// The pictures are sent once a second; who has not heard one after this long
-/// will not.
+/// Looks for pictures, which the task sends once a second: without one after this many looks
+/// (3 s) it has none.
 const LOOKS_FOR_PICTURES: usize = 30;
 /// Marks a running node in a picture.
 const RUNS: &str = " *";
@@ -98,6 +98,7 @@ fn draw(kind: &str, args: &ShowArgs) -> Result<(), Failure> {
         let dir = std::fs::canonicalize(dir).cannot(format!("find {}", dir.display()))?;
         arguments.extend(["--data".to_owned(), dir.display().to_string()]);
     }
+    // A file or a pipe has no width at which lines are cut.
     if std::io::stdout().is_terminal() {
         arguments.extend(["--width".to_owned(), terminal_width().to_string()]);
     }
@@ -127,7 +128,7 @@ fn live(args: &ShowArgs) -> Result<(), Failure> {
     let mut shown = String::new();
     for looks in 0_usize.. {
         view.update();
-        // What the nodes do is told once a second; a task that never worked has told nothing.
+        // Statuses are sent ten times a second, but not by a task that never worked.
         let waits = !view.trace.has_statuses() && looks < LOOKS_FOR_PICTURES;
         let frame = if waits {
             String::new()
@@ -165,9 +166,10 @@ fn live(args: &ShowArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The part of `frame` that fits a terminal: where something runs, and what is around it.
+/// The part of `frame` that fits a terminal: the lines around a running node.
 fn on_screen(frame: &str) -> String {
     let rows = crossterm::terminal::size().map_or(usize::MAX, |(_, rows)| usize::from(rows));
+    // One row less: the newline after the frame scrolls by one.
     around_active(frame, rows.saturating_sub(1).max(3))
 }
 

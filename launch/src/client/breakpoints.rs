@@ -34,11 +34,13 @@ fn change(args: &BreakArgs, name: &str) -> Result<(), Failure> {
     let mut wish = request(OperatorAction::Break);
     wish.name = BreakName::new(name);
     wish.count = u32::from(!args.remove);
+    // `BreakName` cuts a name that is too long, and no node has the cut one.
     if wish.name.as_str() != name || name.is_empty() {
         return Err(Failure::usage(format!(
             "`{name}` cannot be the name of a node, state or guard: a name has 1 to 48 bytes"
         )));
     }
+    // A removal is not checked: the policy that had the node may have been replaced since.
     let session = if args.remove {
         Session::of(&args.cell.cell)?
     } else {
@@ -67,6 +69,7 @@ fn known(args: &BreakArgs, name: &str) -> Result<(Session, String), Failure> {
         view.update();
     }
     let names = names(&view.trace);
+    // No picture has come, as from a task that is being restarted: the name cannot be checked.
     if names.is_empty() {
         return Ok((view.session, name.to_owned()));
     }
@@ -93,6 +96,7 @@ fn spelled<'a>(names: &'a [String], name: &str) -> Option<&'a String> {
         let mut alike = names
             .iter()
             .filter(|known| phase_name::alike(&[name], &[known]));
+        // Between two such names it would be a guess which one is meant.
         alike.next().filter(|_| alike.next().is_none())
     })
 }

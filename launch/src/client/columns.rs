@@ -11,12 +11,12 @@ pub(super) struct Column {
     pub(super) title: &'static str,
     /// Columns of the highest rank are left out first; those of rank 0 stay.
     pub(super) rank: u8,
-    /// Text begins at the left; numbers end at the right.
+    /// Text is aligned to the left, numbers to the right.
     pub(super) text: bool,
 }
 
-/// The lines of a table, the titles first, without empty columns. They are at most `width` characters wide where
-/// the columns of rank 0 and the last column allow it: what is in the last one may be long.
+/// The lines of a table, the titles first, without empty columns. They are at most `width`
+/// characters wide if the columns of rank 0 and the last column, which may be long, allow it.
 pub(super) fn table(columns: &[Column], rows: &[Vec<String>], width: usize) -> Vec<String> {
     let widths: Vec<usize> = columns
         .iter()
@@ -74,6 +74,7 @@ pub(super) fn terminal_width() -> usize {
         .then(crossterm::terminal::size);
     match size {
         Some(Ok((columns, _))) => usize::from(columns),
+        // `fitting` adds a gap, which must not overflow.
         _ => usize::MAX - GAP.len(),
     }
 }

@@ -193,6 +193,7 @@ fn locked_limit() -> Option<u64> {
 
 fn locked_memory() -> Check {
     let limit = locked_limit();
+    // The limit of `cell_rt::memory::lock_all`. Root may exceed the limit of its session.
     let fine = limit.is_none_or(|bytes| bytes >= 1 << 30) || cell_rt::process::user_id() == 0;
     let found = limit.map_or_else(
         || "no limit".to_owned(),
@@ -247,6 +248,7 @@ fn run_directory() -> Check {
             return Check::new(name, false, Severity::Fail, failure.message, (cost, fix));
         }
     };
+    // The directory itself is made by the first run.
     let existing = base.ancestors().find(|dir| dir.exists());
     let fast = existing.is_some_and(|dir| is_tmpfs(dir).unwrap_or(false));
     let found = format!(
@@ -271,6 +273,7 @@ fn leftovers(args: &ReportArgs) -> Check {
     // A directory that is refused is told by the check before this one.
     for (name, dir) in RunDir::all().unwrap_or_default() {
         let left = Leftovers::find(&dir);
+        // The files of a cell that runs are in use.
         if dir.holder().is_none() && !left.is_empty() {
             found.push(format!("cell {name}: {left}"));
         }

@@ -39,7 +39,7 @@ impl<'a> Follower<'a> {
         state.ok_or_else(|| Failure::configuration(silent))
     }
 
-    /// Follows the state until `look` has seen what it waits for.
+    /// Passes each new state to `look` until it returns a value.
     pub(super) fn until<T>(
         &mut self,
         mut look: impl FnMut(&WorldState) -> Option<T>,
@@ -52,6 +52,7 @@ impl<'a> Follower<'a> {
                     return Ok(seen);
                 }
             }
+            // A cell that ended is reported at once, and not after `SILENCE`.
             check_lives(self.session)?;
             if heard.elapsed() > SILENCE {
                 let message =

@@ -122,6 +122,8 @@ pub(super) fn not_reached(bus: &Bus, arm: u32) -> &'static str {
         {
             return NotReached::from_code(status.not_reached).map_or("", NotReached::name);
         }
+        // A controller that is being restarted sends nothing: the message is printed without a
+        // reason.
         if Instant::now() > until {
             break;
         }
@@ -173,7 +175,7 @@ fn report(end: Arrival, time_s: f64, why: &str) -> Result<(), Failure> {
             ));
             Ok(())
         }
-        // The caller knows the name of the body.
+        // The caller reports a contact, as it can look up the name of the body.
         Arrival::Contact(..) | Arrival::Replaced => {
             say::line(format_args!("another target was given at {time_s:.3} s"));
             Ok(())

@@ -132,6 +132,7 @@ fn print(incident: &Incident) -> String {
 /// First and last instant of all loops (ms).
 fn span(incident: &Incident) -> (f64, f64) {
     let all = incident.loops.iter().flat_map(|trace| &trace.at_ms);
+    // At least 1 ms on each side: `column` divides by the width.
     let first = all.clone().copied().fold(-1.0, f64::min);
     (first, all.copied().fold(1.0, f64::max))
 }

@@ -49,6 +49,7 @@ pub(crate) fn joints(args: &JointsArgs) -> Result<(), Failure> {
     }
     let mut rest_since = asked.header.tick;
     let (state, is_paused) = world.until(|state| {
+        // First: an arm that a contact stopped is at rest, too.
         if contact_since(&state.panel, stops).is_some() {
             return Some((*state, false));
         }
@@ -86,6 +87,7 @@ fn time_s(state: &WorldState) -> f64 {
 fn target(values: &[f64], units: &[&str], in_degrees: bool) -> [f64; MAX_JOINTS] {
     let mut target = [0.0; MAX_JOINTS];
     for ((slot, value), unit) in target.iter_mut().zip(values).zip(units) {
+        // `--deg` is about angles: prismatic joints stay in metres.
         let turns = in_degrees && *unit == "rad";
         *slot = if turns { value.to_radians() } else { *value };
     }

@@ -21,6 +21,7 @@ pub(crate) fn load(args: &LoadArgs) -> Result<(), Failure> {
         policy: args.scene.policy.clone(),
         seed: args.scene.seed,
         speed: match args.scene.speed {
+            // Its factor is 0, which the parser of a speed refuses.
             Speed::Max => "max".to_owned(),
             speed => speed.factor().to_string(),
         },
@@ -33,6 +34,8 @@ pub(crate) fn load(args: &LoadArgs) -> Result<(), Failure> {
     let since = Instant::now();
     while since.elapsed() < PATIENCE {
         std::thread::sleep(Duration::from_millis(50));
+        // A start makes the run file, then the bus, then the control socket: the file alone proves
+        // nothing.
         let there = Session::of(&args.cell.cell).is_ok_and(|now| {
             now.spec.run != session.spec.run && now.dir.control().exists() && now.join().is_ok()
         });

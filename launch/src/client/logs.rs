@@ -40,6 +40,7 @@ impl Tail {
         if is_last && !self.partial.ends_with(b"\n") && !self.partial.is_empty() {
             self.partial.push(b'\n');
         }
+        // Only whole lines are decoded: a read may end inside a character.
         let end = self.partial.iter().rposition(|byte| *byte == b'\n');
         let lines: Vec<u8> = self.partial.drain(..end.map_or(0, |end| end + 1)).collect();
         for text in String::from_utf8_lossy(&lines).lines() {
@@ -59,6 +60,7 @@ pub(crate) fn logs(args: &LogsArgs) -> Result<(), Failure> {
     let dir = RunDir::of(&args.cell.cell)?;
     let names = names(&dir.logs());
     if names.is_empty() {
+        // Its error tells a directory that cannot be read from a cell that does not run.
         dir.running(&args.cell.cell)?;
         return Err(Failure::not_running(&args.cell.cell));
     }

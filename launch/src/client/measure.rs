@@ -75,6 +75,7 @@ impl Measured {
         let in_time = 1.0 - self.late_cycles as f64 / self.cycles.max(1) as f64;
         let holds = self.late_max_us * 1.0e3 > HOLD_NS as f64;
         self.verdict = match in_time {
+            // A single cycle that is this late makes physics brake an arm.
             _ if holds => "unfit",
             share if share >= FIT => "fit",
             share if share >= USABLE => "usable",

@@ -53,9 +53,12 @@ pub(crate) fn step(args: &StepArgs) -> Result<(), Failure> {
     wish.count = args.ticks;
     let session = Session::of(&args.cell.cell)?;
     let bus = session.join()?;
+    // From the answer: ticks that are left of an earlier step are run as well.
     let until = ask_physics(&bus, &wish)?.until_tick;
     let stopped = |state: &WorldState| {
         let is_done = state.header.tick >= until;
+        // A pause during the step cancels the ticks that are left, so `until` would never be
+        // reached.
         let is_paused = state.panel.pause_cause == PauseCause::Operator.code();
         (is_done || is_paused).then_some(*state)
     };
@@ -153,6 +156,7 @@ pub(crate) fn drag(args: &DragArgs) -> Result<(), Failure> {
     let cell = session.load_cell()?;
     let index = object_index(&cell, &args.object)?;
     let mut wish = request(OperatorAction::Drag);
+    // Physics refuses an index that no object has.
     wish.object = u32::try_from(index).unwrap_or(u32::MAX);
     wish.pose.position.copy_from_slice(&args.to);
     wish.seconds = args.seconds;
@@ -192,7 +196,7 @@ pub(super) fn request(action: OperatorAction) -> OperatorRequest {
     }
 }
 
-/// Hands `wish` to physics, and says what was `done` and when, and what it waits for.
+/// Sends `wish` to physics and prints `done` with the time and the note of the reply.
 pub(super) fn tell(session: &Session, wish: &OperatorRequest, done: &str) -> Result<(), Failure> {
     let reply = ask_physics(&session.join()?, wish)?;
     let time_s = reply.header.sim_time_ns as f64 * 1.0e-9;
@@ -233,6 +237,7 @@ pub(crate) fn down(args: &CellArgs) -> Result<(), Failure> {
     let session = Session::of(&args.cell)?;
     say::line(accepted(ask(&session.dir.control(), &Request::Down)?)?);
     let until = Instant::now() + DOWN_PATIENCE;
+    // The pid is compared, as another launcher may take the cell's name at once.
     while session
         .dir
         .holder()

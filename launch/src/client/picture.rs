@@ -11,7 +11,8 @@ use supervisor::failure::{Context, Failure};
 
 use super::Session;
 
-/// Health arrives at 100 Hz; who is silent for this long is silent.
+/// How long the first messages are waited for, and half of the time after which a process counts as
+/// silent; health arrives at 100 Hz.
 const PATIENCE: Duration = Duration::from_millis(500);
 
 /// Keeps the newest of everything a person wants to see.
@@ -31,6 +32,7 @@ impl Picture {
         let what = "read the cell's topics";
         let mut healths = Vec::new();
         for process in Process::all(session.spec.arms) {
+            // Dated now: a process is not silent before it could be heard.
             healths.push((
                 process,
                 bus.latest(TopicId::Health(process)).cannot(what)?,
@@ -48,7 +50,7 @@ impl Picture {
         })
     }
 
-    /// Takes what is new.
+    /// Takes new messages.
     pub(crate) fn update(&mut self) {
         self.state.refresh();
         self.decision.refresh();
@@ -106,6 +108,7 @@ impl Picture {
             .1?;
         let is_paused = self.state()?.has(FLAG_PAUSED);
         let tick_s = TICK_NS as f64 * 1.0e-9;
+        // The loop of physics keeps its rate in a pause, without ticks.
         Some(if is_paused {
             0.0
         } else {

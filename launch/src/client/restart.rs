@@ -27,7 +27,7 @@ const LOOK: Duration = Duration::from_millis(1);
 const TICK_S: f64 = 1.0e-3;
 /// Physics keeps its state at least this often (s): docs/limits.md.
 const KEPT_WITHIN_S: f64 = 1.0;
-/// The line of the log that says how the task began comes within this.
+/// The task logs how it started within this time.
 const FIRST_LINE: Duration = Duration::from_millis(500);
 
 /// Restarts a process, and waits for it.
@@ -37,11 +37,11 @@ pub(crate) fn restart(args: &RestartArgs) -> Result<(), Failure> {
     if args.process == ProcessName::Task {
         check_task(&session, args.policy.as_deref())?;
     }
-    // The launcher is asked whether or not a reader of the cell's topics is free: they only
-    // tell what came of it.
+    // The readers only report the result: without a free one the process is restarted as well.
     let bus = session.join().ok();
     let log = bus.as_ref().map(|bus| bus.subscriber(TopicId::Trace));
     let mut log = log.and_then(Result::ok);
+    // Before the request: after it, the present start could not be told from the next one.
     let start = Start::watch(&session, args.process);
     let wish = Request::Restart {
         process: name.to_owned(),
@@ -95,6 +95,8 @@ struct Start<'a> {
 impl<'a> Start<'a> {
     fn watch(session: &'a Session, name: ProcessName) -> Result<Self, Failure> {
         let mut picture = Picture::open(session)?;
+        // Without the first health messages, a later one of the old process would pass for a new
+        // start.
         picture.fill();
         let named = picture
             .starts()
@@ -127,6 +129,8 @@ impl<'a> Start<'a> {
                 )));
             }
             let header = self.picture.state().map(|state| &state.header);
+            // The old physics continues until it is ended: its last tick counts, not that of the
+            // request.
             if let Some(header) = header.filter(|header| header.generation == self.last.0) {
                 self.last.1 = header.tick;
             }
@@ -155,7 +159,7 @@ impl<'a> Start<'a> {
     }
 }
 
-/// What is held, and how the task began.
+/// Objects still held, and how the task started.
 fn task_details(
     session: &Session,
     picture: &Picture,

@@ -76,6 +76,7 @@ pub(super) fn arms(cell: &Cell, state: &WorldState, said: &[Option<&ArmStatus>])
     let report = |(index, (spec, arm)): (usize, (&cell_model::ArmSpec, &ArmState))| {
         let count = (arm.joint_count as usize).min(arm.joint_positions.len());
         let has_cup = spec.robot.suction.is_some();
+        // A state carries the action of physics without its cause.
         let ours = stop(arm.stop_action, None);
         let said = said.get(index).copied().flatten();
         let theirs = said.and_then(|said| stop(said.stop_action, Some(said.stop_cause)));

@@ -132,6 +132,7 @@ pub(super) fn describe(session: &Session, picture: &Picture, cell: &Cell) -> Sta
         waits_for: (idle && state.equipment.conveyor_speed == 0.0).then_some("task start"),
     };
     let spec = &session.spec;
+    // Not from the run file: `restart task --policy` changes it before the old task has ended.
     let policy = decision
         .map(|d| d.policy.as_str().to_owned())
         .filter(|p| !p.is_empty());

@@ -39,7 +39,7 @@ const OVERLAP: usize = 20;
 /// The log gives milliseconds.
 const HALF_A_TICK_S: f64 = 0.5e-3;
 
-/// What is drawn.
+/// The data of a frame.
 pub(crate) struct View {
     pub(crate) session: Session,
     pub(crate) picture: Picture,
@@ -61,6 +61,8 @@ impl View {
             .cannot("read the task's log")?;
         let picture = Picture::open(&session)?;
         let mut trace = Trace::default();
+        // After the subscription: a line written in between is read twice, which `was_read` finds.
+        // In the other order it would be lost.
         trace.log.extend(earlier::lines(&session.dir));
         // The run was started from the same files; changed since, they cost names.
         let cell = session.spec.load_cell().ok();
@@ -74,7 +76,7 @@ impl View {
         })
     }
 
-    /// Takes what is new.
+    /// Takes new messages.
     pub(crate) fn update(&mut self) {
         self.picture.update();
         let trace = &mut self.trace;
@@ -157,6 +159,7 @@ pub(crate) fn top(args: &TopArgs) -> Result<(), Failure> {
 /// Draws the cell until it has ended or `q` is pressed.
 fn watch(view: &mut View) -> Result<(), Failure> {
     let mut terminal = ratatui::try_init().map_err(|error| {
+        // `try_init` enables raw mode first: it may be on although a later step failed.
         ratatui::restore();
         Failure::usage(format!(
             "this is not a terminal ({error}); `robocell top | cat` prints one frame as text"
@@ -181,6 +184,7 @@ fn watch_in(terminal: &mut ratatui::DefaultTerminal, view: &mut View) -> Result<
             && let Event::Key(key) = event::read().cannot("read the keyboard")?
             && key.kind == KeyEventKind::Press
         {
+            // In raw mode Ctrl-C is a key and sends no signal.
             let is_ctrl_c =
                 key.code == KeyCode::Char('c') && key.modifiers.contains(KeyModifiers::CONTROL);
             if is_ctrl_c || matches!(key.code, KeyCode::Char('q') | KeyCode::Esc) {

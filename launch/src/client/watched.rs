@@ -115,6 +115,8 @@ impl Trace {
                 id: field(),
                 kind: field(),
                 name: field(),
+                // A parent has a smaller index: a line that says otherwise could make a loop of
+                // parents.
                 parent: (line.from as usize).checked_sub(1).filter(|p| *p < node),
                 detail: field(),
             };
@@ -132,12 +134,15 @@ impl Trace {
         };
         let nodes = picture.graph.nodes.len();
         let fits = edge.from < nodes && edge.to < nodes;
+        // The task repeats its pictures: where the first line of one is lost, its edges are here
+        // already.
         if !fits || picture.graph.edges.contains(&edge) {
             return;
         }
         if picture.graph.edges.len() == MAX_EDGES {
             return self.exceed(line);
         }
+        // The trace does not carry the kind: a picture with edges is drawn as a machine.
         picture.graph.kind = GraphKind::Machine;
         picture.graph.edges.push(edge);
     }
@@ -179,8 +184,8 @@ impl Trace {
 }
 
 impl Watched {
-    /// Whether every node was heard; who joins in the middle of a picture has
-    /// a part of it until the next one.
+    /// Whether every node was received. A reader that joins in the middle of a picture has a
+    /// part of it until the next one.
     pub(crate) fn is_complete(&self) -> bool {
         self.graph.nodes.iter().all(|node| !node.kind.is_empty())
     }

@@ -46,6 +46,7 @@ fn zsh(text: &str) -> String {
             None => out.push_str(line),
         }
         out.push('\n');
+        // At the top: the last lines of the script may call the functions at once.
         if line == "autoload -U is-at-least" {
             out.push_str(include_str!("names.zsh"));
         }
@@ -56,6 +57,7 @@ fn zsh(text: &str) -> String {
 /// Prints the names of a kind, one a line; none where they cannot be had.
 pub(crate) fn names(args: &CompleteArgs) {
     let words = Words::of(&args.words);
+    // Errors are dropped: a completion has no place to show them.
     let names = match args.kind {
         NameKind::Demos => demos(),
         NameKind::Policies => policies(&words).unwrap_or_default(),
@@ -67,7 +69,7 @@ pub(crate) fn names(args: &CompleteArgs) {
     names.iter().for_each(say::line);
 }
 
-/// What is known of the command line so far.
+/// The incomplete command line.
 struct Words<'a> {
     all: &'a [String],
     cell: &'a str,
@@ -75,6 +77,7 @@ struct Words<'a> {
 
 impl<'a> Words<'a> {
     fn of(all: &'a [String]) -> Self {
+        // Not by clap, which refuses a line that is not complete.
         let option = all.iter().position(|word| word == "--cell");
         let value = option.and_then(|at| all.get(at + 1));
         let joined = all.iter().find_map(|word| word.strip_prefix("--cell="));

@@ -56,6 +56,7 @@ fn times(files: &[(&Report, Episodes)]) -> String {
         let mut points: Vec<_> = shown
             .map(|(count, time): (usize, _)| (*time, 100.0 * count as f64 / all))
             .collect();
+        // The last point is always drawn: it shows the share of all episodes that ended done.
         points.extend(
             times
                 .last()
@@ -149,6 +150,7 @@ fn failed(out: &mut String, report: &Report, episodes: &Episodes) {
 
 /// Text as text.
 fn escape(text: &str) -> String {
+    // `&` first: it is part of the other replacements.
     let text = text.replace('&', "&amp;").replace('<', "&lt;");
     text.replace('>', "&gt;").replace('"', "&quot;")
 }

@@ -89,6 +89,7 @@ fn checkout(args: &NewArgs) -> Result<PathBuf, Failure> {
         .iter()
         .all(|(_, path)| dir.join(path).join("Cargo.toml").is_file());
     if here {
+        // Absolute, as it is written to the `Cargo.toml` of another folder.
         return fs::canonicalize(&dir).cannot(format!("find {}", dir.display()));
     }
     Err(Failure::configuration(if asked {

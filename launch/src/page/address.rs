@@ -40,6 +40,7 @@ pub(crate) fn place(listen: Option<&str>) -> Result<ListenAddress, Failure> {
             _reserved: None,
         });
     }
+    // Any port: an address of another machine is told apart from ports that are all taken.
     if let Err(error) = TcpListener::bind((ip, 0)) {
         return Err(Failure::configuration(format!(
             "--listen {ip}: cannot listen there ({error}); give an address of this machine, as `ip address` \
@@ -52,6 +53,7 @@ pub(crate) fn place(listen: Option<&str>) -> Result<ListenAddress, Failure> {
 /// The first port of `ip` that is free and that no launcher with locks in `locks` has chosen.
 fn first_free(ip: IpAddr, locks: &Path) -> Result<ListenAddress, Failure> {
     for port in PORTS {
+        // Reserved first: two launchers that start at once would both find the port free.
         let Some(reserved) = reserve(port, locks)? else {
             continue;
         };

@@ -75,6 +75,8 @@ fn build(ui: &Path) -> Result<(), String> {
                 .to_owned(),
         );
     }
+    // npm writes the second file at the end of an installation: one that was interrupted is
+    // repeated.
     if newest(&ui.join("package-lock.json")) > newest(&ui.join("node_modules/.package-lock.json")) {
         say::line("page: fetching its packages (npm ci) ...");
         npm(ui, &["ci", "--no-audit", "--no-fund", "--loglevel=error"])?;
@@ -99,6 +101,7 @@ fn build(ui: &Path) -> Result<(), String> {
 /// is kept as `dist.old` until the new one is there.
 fn put_in_place(ui: &Path) -> io::Result<()> {
     let (new, dist, old) = (ui.join("dist.new"), ui.join("dist"), ui.join("dist.old"));
+    // Without a new page the old one must not be moved.
     fs::metadata(&new)?;
     if dist.exists() {
         fs::remove_dir_all(&old).ok();

@@ -1,4 +1,4 @@
-//! The page of a run: where it is served, what opens it, and what is served.
+//! The page of a run: its address, its links and its files.
 
 mod address;
 mod browser;
@@ -64,6 +64,7 @@ pub(crate) fn listens(page: &PageSpec) -> bool {
 
 /// The link to the page for operators; `None` when it cannot be read.
 pub(crate) fn link(page: &PageSpec) -> Option<String> {
+    // Read each time: the monitor replaces the token of an operator once it was used.
     let secrets = PageSecrets::load(&page.secrets).ok()?;
     Some(link_with(page.address, &secrets.operator_token))
 }

@@ -46,7 +46,7 @@ fn unknown(all: &[Signal], name: &str) -> Failure {
     ))
 }
 
-/// Whether `name` is what `pattern` stands for.
+/// Whether `pattern` matches `name`.
 fn matches(pattern: &str, name: &str) -> bool {
     let Some((first, rest)) = pattern.split_once('*') else {
         return pattern == name;

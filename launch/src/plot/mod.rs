@@ -69,6 +69,7 @@ impl Samples {
 /// Does what the command line says.
 pub(crate) fn plot(args: &PlotArgs) -> Result<(), Failure> {
     if let Some(out) = &args.output {
+        // Before the recording is read, which may take long.
         check_output(out)?;
     }
     let recording = Recording::open(&args.file).map_err(Failure::configuration)?;
@@ -119,7 +120,7 @@ fn check_output(out: &Path) -> Result<(), Failure> {
     )))
 }
 
-/// What is plotted of what is recorded.
+/// The part of the recorded time that is plotted.
 fn span(args: &PlotArgs, (first, last): (f64, f64)) -> Result<(f64, f64), Failure> {
     let (from, to) = (args.from.unwrap_or(first), args.to.unwrap_or(last));
     if let (Some(from), Some(to)) = (args.from, args.to)
@@ -200,6 +201,7 @@ fn size(charts: usize) -> (usize, usize) {
     let Some(Ok((columns, rows))) = terminal else {
         return (COLUMNS, ROWS);
     };
+    // One row is left for the prompt.
     let each = usize::from(rows).saturating_sub(1) / charts.max(1);
     let rows = each.saturating_sub(OTHER_ROWS).max(LEAST_ROWS);
     (usize::from(columns), rows)

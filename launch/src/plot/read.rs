@@ -27,6 +27,7 @@ pub(super) fn lines(
     for entry in recording.history((from_s - LEAD_S).max(0.0), to_s) {
         reader.take(&entry?)?;
     }
+    // A state is sampled when a piece of a later tick arrives: none follows the last one.
     reader.sample_state();
     Ok(reader.lines)
 }

@@ -29,7 +29,7 @@ pub(super) enum OfWorld {
     Effort(usize, usize),
     Tcp(usize, usize),
     Width(usize),
-    /// Of the hand, which is what is measured of its fingers.
+    /// Half of the width of the gripper: its fingers are not measured one by one.
     Finger(usize),
     FingerVelocity(usize),
     GripForce(usize),

@@ -28,9 +28,8 @@ pub(super) fn cell_option(spec: &RunSpec) -> String {
     }
 }
 
-/// Where the run is recorded, once it has ended: each part of it, as a recorder that was
-/// restarted continues in another file, and what is missing. Nothing where no recording
-/// is left.
+/// The files of the recording of a run that has ended, and the number of missing messages. A
+/// recorder that was restarted continues in another file. Empty if no recording is left.
 pub(super) fn recording(spec: &RecordSpec, summary: &RunSummary) -> Vec<String> {
     let mut lines = files(spec, &summary.record_files);
     if summary.record_gaps > 0 && !lines.is_empty() {
@@ -75,6 +74,7 @@ pub(crate) fn ready(live: &LiveCell, waits_for_page: bool) {
         let pid = pid.map_or_else(|| "-".to_owned(), |pid| pid.to_string());
         let health = live.watch().health(process);
         let fifo = health.is_some_and(|h| h.scheduling == Scheduling::Fifo.code());
+        // Only physics and controllers have cycles of 1 ms.
         let is_fast = !matches!(
             process,
             ipc_types::topic::Process::Task | ipc_types::topic::Process::Monitor

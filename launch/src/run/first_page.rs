@@ -1,5 +1,5 @@
-//! The first start of a cell waits for its page for some seconds: an operator who opens
-//! the link sees the whole job.
+//! The first start of a cell waits for its page for some seconds, so that an operator sees the
+//! whole job after opening the link.
 
 use std::io::IsTerminal as _;
 use std::time::Duration;
@@ -51,6 +51,7 @@ impl PageWait {
             return;
         };
         if !waits(state) {
+            // Until then a restart of physics starts paused again, and has to be resumed again.
             self.is_over = state.header.tick > SETTLED_TICKS;
         } else if self.clock.has_passed(now_ns, is_open(live)) {
             live.ask(OperatorAction::Resume);
@@ -89,6 +90,7 @@ impl Clock {
         let is_loaded = self
             .opened_ns
             .is_some_and(|opened_ns| now_ns >= opened_ns + nanoseconds(LOADING));
+        // A page that was opened late still has its time to load.
         is_loaded || (self.opened_ns.is_none() && now_ns >= began_ns + nanoseconds(PATIENCE))
     }
 }

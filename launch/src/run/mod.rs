@@ -37,6 +37,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     loop {
         let until_done = plan.spec.until_done;
         let record = plan.spec.record.clone();
+        // Only at the first scene: for those that replace it the page is open already.
         let waits_for_page = std::mem::take(&mut waits_for_page);
         let link = PageLink::new(!args.json, std::mem::take(&mut open));
         let mut turns = Turns::new(args, &plan, waits_for_page, link);
@@ -48,6 +49,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         let end = live.stay(|live| turns.look(live));
         match end {
             End::Replaced(next) => plan = *next,
+            // A script must not take a run that was stopped for one that is done.
             End::Stopped(_) if until_done => {
                 report(&end, &record, args.json)?;
                 return Err(Failure {
@@ -109,6 +111,7 @@ impl Turns {
     /// The next seed, some time after the task has ended.
     fn begin_again(&mut self, live: &mut LiveCell) {
         if !self.narrator.is_over() {
+            // The operator has reset the task: the time is counted from its next end.
             self.over_tick = None;
             return;
         }
@@ -117,6 +120,7 @@ impl Turns {
         };
         let over_tick = *self.over_tick.get_or_insert(tick);
         if tick >= over_tick + LOOP_TICKS {
+            // Refused while another scene is planned; then the next look tries again.
             self.loops = !live.play_next_seed();
         }
     }

@@ -1,4 +1,4 @@
-//! What `run` says while a cell runs: what it waits for, and when its task is done.
+//! The lines that `run` prints while a cell runs: when it waits, and when its task is done.
 
 use ipc_types::Decision;
 use ipc_types::decision::Outcome;

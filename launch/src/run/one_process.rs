@@ -22,6 +22,7 @@ pub(crate) fn by_task_program(
 ) -> Result<(), Failure> {
     // Ctrl-C reaches the other program, too; ours stays to tidy up.
     cell_rt::signal::install_stop_handler().cannot("listen to signals")?;
+    // With a dot, which `--cell` refuses: no cell can have this directory.
     let dir = RunDir::of(&format!(".one-{}", std::process::id()))?;
     dir.make()?;
     let mut spec = plan.spec.clone();

@@ -79,6 +79,7 @@ fn with_page(args: &RunArgs, page: Option<Page>) -> Result<Plan, Failure> {
         until_done: args.until_done,
         time_limit_s: limit,
         real_time: args.scene.speed == Speed::RealTime,
+        // After the inputs were checked: it may build the page, for minutes.
         page: page.as_ref().map(|page| page.spec(&dir)),
         record: record_of(args, &dir)?,
         incidents_dir: flight::incidents(&args.cell.cell, &dir),
@@ -119,6 +120,7 @@ fn args_of(args: &RunArgs, scene: Scene) -> RunArgs {
                 seed: args.scene.seed.wrapping_add(1),
                 ..args.scene.clone()
             },
+            // `--paused` is about the first scene: a loop continues without a person.
             paused: false,
             ..args.clone()
         },
@@ -128,6 +130,7 @@ fn args_of(args: &RunArgs, scene: Scene) -> RunArgs {
             seed,
             speed,
         } => {
+            // These options name parts of a cell file, which another demo may not have.
             let is_same = demo == args.demo;
             RunArgs {
                 demo,
@@ -176,7 +179,7 @@ fn limit_of(args: &RunArgs, cell: &Cell) -> Option<f64> {
     args.job.timeout.or(of_cell)
 }
 
-/// What is kept of the run: the ring, and a file where one was asked for.
+/// The recordings of the run: the ring, and a file if one was asked for.
 fn record_of(args: &RunArgs, dir: &RunDir) -> Result<RecordSpec, Failure> {
     Ok(RecordSpec {
         file: args.record.as_deref().map(new_file).transpose()?,
@@ -195,5 +198,6 @@ fn random_run() -> Result<u64, Failure> {
     let mut bytes = [0_u8; 8];
     let mut source = fs::File::open("/dev/urandom").cannot("open /dev/urandom")?;
     source.read_exact(&mut bytes).cannot("read /dev/urandom")?;
+    // The number of a run is never 0 (`ipc_types::Header`).
     Ok(u64::from_ne_bytes(bytes).max(1))
 }

@@ -2,7 +2,7 @@
 import { PAUSED, TASK_PAUSED, flag, noFlag } from "./flags.mjs";
 
 const DOWN_DEG = { roll: 0, pitch: 90 };
-/** How far the cup hangs over what it is to grip (m). */
+/** Height of the cup over the bin it is to grip (m). */
 const GAP_M = 0.002;
 const DEG = 180 / Math.PI;
 
@@ -121,7 +121,7 @@ async function firstBin(test, end_m) {
   return bin;
 }
 
-/** Presses the gripper's button on the demo's own panel; it says what it will do. */
+/** Presses the gripper's button on the demo's own panel; the label names its action. */
 async function cup({ page, press, until }, to) {
   await page.getByRole("tab").last().click();
   await press(`robocell gripper ${to}`);
@@ -164,7 +164,7 @@ async function take(test, bin, yaw) {
   return [x, y, z];
 }
 
-/** Whether the cup still has what it took; else what it says. */
+/** Fails with the state of the suction if the cup has lost its bin. */
 async function holds({ look }) {
   const { held, suction } = await look((r) => ({ held: r.store.snapshot.arms[0].held, suction: r.store.status.equipment.suction[0] }));
   if (held === null) throw new Error(`the cup has lost its bin: ${JSON.stringify(suction)}`);
@@ -193,7 +193,7 @@ async function counted({ page, press, until }, bin) {
   await until("the automation counts it", (r, name) => r.store.status.task.placed.includes(name), bin.name);
 }
 
-/** A person stacks a bin that lies upside down; the automation counts it. */
+/** A person stacks an upside-down bin; the automation counts it. */
 export async function manual(test) {
   const bin = await firstBin(test, 0.56);
   test.same("whether the first bin opens upward", await bin.opensUp(), false);
@@ -250,7 +250,7 @@ export async function flip(test) {
   await counted(test, first);
 }
 
-/** A person palletizes a bin that stands upright; the automation counts it. */
+/** A person palletizes an upright bin; the automation counts it. */
 export async function pallet(test) {
   const bin = await firstBin(test, 0.85);
   test.same("whether the first bin opens upward", await bin.opensUp(), true);

@@ -124,7 +124,7 @@ export async function policy(test) {
   }
   await page.keyboard.press("Backspace");
   await sheet.locator(".policy-state", { hasText: "No errors" }).waitFor();
-  // What is applied is what runs, and what is edited next.
+  // The applied text runs, and is the one that the editor opens next.
   const before = await look(generation);
   await rename(page, "franka-pyramid", "my-pyramid");
   await sheet.locator(".policy-state", { hasText: "No errors" }).waitFor();
@@ -153,7 +153,7 @@ async function rename(page, from, to) {
   await page.keyboard.type(to);
 }
 
-/** With a folder of data, what is applied is saved, and says where. */
+/** With a folder of data, an applied text is saved, and the page names the file. */
 export async function saved(test) {
   const { page, look, until } = test;
   await until("the policy is drawn", (r) => r.store.graphs.some(({ nodes }) => nodes.length > 1));

@@ -20,7 +20,7 @@ export async function guide({ page, look, until, same }) {
   await card.getByRole("button", { name: /^Copy / }).first().click();
   await page.locator(".toast", { hasText: "copied" }).waitFor();
   same("the clipboard", await page.evaluate(() => navigator.clipboard.readText()), commands[0]);
-  // What is over the view takes no click meant for it, and the view none meant for the card.
+  // A panel over the view takes no click meant for it, and the view none meant for the card.
   await look((r) => r.view.select(r.store.scene.arms[0].name));
   await card.locator("h2").click();
   same("the selection", await look((r) => r.view.selection.name), await look((r) => r.store.scene.arms[0].name));
@@ -63,7 +63,7 @@ export async function guide({ page, look, until, same }) {
 
 /** An address names a view, alone and with a moment; a hand that turns it changes the address. */
 export async function views({ page, look, until, same }) {
-  /** Unit vector from what is looked at to the eye. */
+  /** Unit vector from the target of the camera to the eye. */
   const direction = () =>
     look((r) => {
       const { position } = r.view.eye.lens;

@@ -1,4 +1,4 @@
-// Flags of a snapshot (docs/page-protocol.md), and what is asked of them on the page.
+// Flags of a snapshot (docs/page-protocol.md), and conditions on them.
 
 export const PAUSED = 1;
 export const TASK_PAUSED = 8;

@@ -51,7 +51,7 @@ export async function outline(test) {
   await pane(page).getByRole("button", { name: "Tree" }).click();
   same("nodes of the drawing", await pane(page).locator(".leaf").count(), 1);
   await pane(page).getByRole("button", { name: "Outline" }).click();
-  // What is searched is expanded, and Enter goes from one to the next.
+  // A match is expanded, and Enter selects the next one.
   await line("Root").focus();
   await page.keyboard.press("Control+f");
   await page.keyboard.type("lift");
@@ -111,7 +111,7 @@ export async function drawing(test) {
   const fitted = await lookOf(page);
   // Its text can be read: what does not fit is beyond the border, and not smaller.
   if (fitted.scale < 1) throw new Error(`the drawing is shown at ${fitted.scale} of its size`);
-  // The wheel zooms around the pointer: what is under it stays there.
+  // The wheel zooms around the pointer: the point under it stays there.
   // Pointers are at whole pixels of the window.
   const [px, py] = [Math.round(box.x + box.width / 3) - box.x, Math.round(box.y + box.height / 3) - box.y];
   const under = ({ x, y, scale }) => [(px - x) / scale, (py - y) / scale];

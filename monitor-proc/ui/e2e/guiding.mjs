@@ -77,7 +77,7 @@ export async function jog(test) {
   same("the target after the button is released", await look(where), stopped);
 }
 
-/** What is held is brought above another object, and down onto it. */
+/** A held object is brought above another one, and down onto it. */
 async function placed(test) {
   const { page, look, near } = test;
   const cubes = () => look((r) => ["red_cube", "blue_cube"].map((name) => r.store.snapshot.objects[r.store.scene.objects.findIndex((one) => one.name === name)].pose.slice(0, 3)));

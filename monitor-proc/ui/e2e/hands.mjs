@@ -232,7 +232,7 @@ async function turnTo(person, name, wanted) {
   }
 }
 
-/** Moves the tool until the middle of what it holds is at [x, y]. */
+/** Moves the tool until the middle of the held object is at [x, y]. */
 async function centre(person, name, [x, y]) {
   for (let look = 0; look < 2; look++) {
     const [bx, by] = await person.place(name);

@@ -7,7 +7,7 @@ async function numbers(page, row) {
   return text.split(/[,;]/).map(Number);
 }
 
-/** A click on an object tells where it is, what holds it and what it touches. */
+/** A click on an object shows its position, its holder and its contacts. */
 export async function inspector({ page, look, until, press, robocell, same, near }) {
   const objects = await look((r) => r.store.scene.objects.map(({ name }) => name));
   const name = objects[0];

@@ -47,7 +47,7 @@ async function inEvents(page, text) {
   await page.locator(".event-list", { hasText: text }).waitFor();
 }
 
-/** The drawing has what is placed and in flight, and says it. */
+/** The drawing shows the placed bins and the one in flight, and its label names them. */
 export async function drawing({ page, look, until, press, robocell, same }) {
   await press("robocell resume");
   await until("the cell runs", noFlag(PAUSED));

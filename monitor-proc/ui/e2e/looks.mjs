@@ -1,4 +1,4 @@
-// What is drawn and written can be read, and the picture shows nothing that is not there.
+// Texts and drawings can be read, and the picture shows nothing that is not there.
 import { existsSync, readFileSync, writeFileSync } from "node:fs";
 
 /** Levels of the quality ladder without shadows. */

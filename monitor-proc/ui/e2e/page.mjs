@@ -41,7 +41,7 @@ if (scenario === undefined || link === undefined) {
 const browser = await chromium.launch({ executablePath: process.env.CHROMIUM, args: FLAGS });
 const page = await browser.newPage({ viewport: { width: 1280, height: 720 } });
 page.setDefaultTimeout(PATIENCE_MS);
-// Who has been here before has closed the guide: it covers nothing that is pressed.
+// As on a later visit, the guide is closed and covers no button.
 if (!SEES_GUIDE.includes(name)) {
   await page.addInitScript((demos) => {
     if (location.protocol === "about:") return;

@@ -56,7 +56,7 @@ async function draws({ look, until, near, same, page, robocell }) {
   });
   same("equal bodies that are drawn at once", inCrowds, crowded);
   for (const { name, link, reach, tcp } of seen.arms) {
-    // The tool lies in the last link's frame, at a distance of `reach`.
+    // The tool is in the last link's frame, at a distance of `reach`.
     const off = Math.hypot(...tcp.map((x, axis) => x - link[axis]));
     if (Math.abs(off - reach) > 3e-3) throw new Error(`the tool of ${name} is ${off - reach} m off`);
   }
@@ -247,8 +247,8 @@ async function buttons({ page, look, until, press, robocell, same, near, forgive
     lines,
   );
   await until("the task waits", flag(TASK_PAUSED));
-  // What cannot be done now says why, and is not what is offered first. Time is
-  // paused at the beginning of the task: a slow page would look after its end.
+  // An action that is refused now gives the reason, and is not offered first. Time is
+  // paused at the start of the task: a slow page would look after its end.
   robocell("pause");
   robocell("reset");
   robocell("task", "resume");
@@ -267,7 +267,7 @@ async function buttons({ page, look, until, press, robocell, same, near, forgive
     (r, n) => r.store.status.processes.find((p) => p.name === "task").generation > n,
     task,
   );
-  // What is kept outlives the scene it was recorded in.
+  // A kept recording outlives the scene it was recorded in.
   await page.getByRole("button", { name: "More of the recorder" }).click();
   await press("robocell record last 10s");
   const said = await page.locator(".toast", { hasText: ".mcap" }).innerText();
@@ -297,7 +297,7 @@ async function crashes({ page, look, until, press, same, forgive }) {
   const back = /physics restarted: start 2, stepped back \d+\.\d\d s, to \d+\.\d{3} s; that time is repeated/;
   const line = await look((r) => r.store.log.find(({ text }) => text.includes("physics restarted")).text);
   if (!back.test(line)) throw new Error(`the line says ${line}`);
-  // Time was set back to the snapshot: the timeline ends with what is recorded now.
+  // Time was set back to the snapshot: the timeline ends with the newest state.
   await until("the new epoch is recorded", (r) => r.store.timeline.epochs.length === 2);
   const { epochs, to_s: end } = await look((r) => r.store.timeline);
   // Not that it began before the first one ended: on a loaded machine the last
@@ -408,7 +408,7 @@ async function scrub({ page, look, until, press, same }) {
     same("the task then", { phase, letters }, { phase: then.phase, letters: then.letters });
   };
   await past();
-  // What is told of now meanwhile is not shown.
+  // States of now that arrive meanwhile are not shown.
   await page.waitForTimeout(1500);
   await past();
   await page.evaluate(() => window.robocell.store.command({ do: "seek", time_s: null }));
@@ -455,7 +455,7 @@ async function plots({ page, look, until, same }) {
   await until_shown("what was missed meanwhile", ({ from, to, numbers, cursor }) => to - from > 10 && numbers > 100 && cursor === null);
 }
 
-/** Who has the viewer's link looks on, until the operator's token is presented. */
+/** With the viewer's link a person can only look, until the operator's token is presented. */
 async function viewer({ page, look, until, press, same, robocell, forgive }) {
   same("the role", await look((r) => r.store.hello.role), "viewer");
   const refused = await page.evaluate(() => window.robocell.store.command({ do: "resume" }));

@@ -1,4 +1,4 @@
-// The bar above the 3D view and the title of the window: what the cell does, what is wrong, that it ended.
+// The bar above the 3D view and the title of the window: the activity of the cell, its faults, its end.
 
 /** The states of a stacking job one after the other, by the text of the bar alone. */
 export async function status({ page, robocell, forgive, look, same }) {
@@ -122,7 +122,7 @@ async function shortLoss({ page, look, same }) {
   await page.locator("body:not(.stale)").waitFor();
 }
 
-/** What is wrong while a task runs that does not know of it, and that there is nothing to list yet. */
+/** A fault while a task runs that does not know of it; before, the list says that it has no events yet. */
 export async function told({ page, robocell, look, until, same }) {
   const bar = page.locator("#status");
   await page.locator(".no-event", { hasText: /^No event yet\.$/ }).waitFor();
@@ -159,7 +159,7 @@ export async function told({ page, robocell, look, until, same }) {
   await done({ page, robocell, look, same });
 }
 
-/** A state that lasts has one word everywhere, and its mark also where the window begins later. */
+/** A state that lasts has one word everywhere, and its mark also in a window that starts later. */
 async function lasts({ page, until }) {
   await page.locator(".summary .badge", { hasText: /^object lost$/ }).waitFor();
   await page.locator('.lane[data-lane="outcome"] i[data-tone="bad"]', { hasText: /^object lost$/ }).waitFor();

@@ -1,12 +1,12 @@
 // Everything that can be pressed is large enough, or has room around it
 // (WCAG 2.2, target size).
 
-/** Runs on the page: what is smaller than 24 pixels and has no room around it. */
+/** Runs on the page: the controls smaller than 24 pixels without room around them. */
 function tooSmall() {
   const LEAST = 24;
   const kinds = "button, a[href], input, select, summary, textarea, [role=button], [role=tab], [role=slider], [tabindex='0'][data-id]";
   const shown = (node) => node.checkVisibility({ visibilityProperty: true });
-  // What is drawn is as large as it is zoomed to, and can be pressed in a list as well.
+  // The size of a node in a drawing depends on the zoom; it can be pressed in a list as well.
   const isDrawn = (node) => node instanceof SVGElement;
   // A label is a part of its checkbox.
   const boxOf = (node) => (node.type === "checkbox" ? (node.closest("label") ?? node) : node).getBoundingClientRect();

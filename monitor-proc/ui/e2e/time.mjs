@@ -217,7 +217,7 @@ export async function replaySpeed({ page, look, until, same }) {
   same("what was wrong in a good run", await look((r) => r.store.wrong), []);
 }
 
-/** The moment of the past that is looked at outlives its run: `--loop` begins the next seed meanwhile. */
+/** The moment of the past that is looked at outlives its run: `--loop` starts the next seed meanwhile. */
 export async function earlier({ page, look, until, same, near, forgive }) {
   const bar = page.locator("#status");
   const look_at = async (time_s) => {

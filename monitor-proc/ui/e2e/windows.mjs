@@ -1,4 +1,4 @@
-// The page in windows of every size, and for those who do not see it.
+// The page in windows of every size, and with a screen reader.
 import { accessible, loadAxe } from "./axe.mjs";
 import { PAUSED, flag, noFlag } from "./flags.mjs";
 
@@ -56,7 +56,7 @@ async function fits(page, width) {
   if (wrong.length > 0) throw new Error(`at ${width} px: ${wrong.join("; ")}`);
 }
 
-/** What is paused says why. */
+/** The page shows the reason of a pause. */
 async function pausedSaysWhy({ page, until, robocell }) {
   const says = (text) => page.locator(".time .cause", { hasText: text }).waitFor();
   robocell("pause");

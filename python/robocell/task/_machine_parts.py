@@ -124,7 +124,7 @@ def _check_all(machine: Any, policy: Any, functions: Sequence[Any], called: str)
 
 
 def _found(policy: Any, name: str) -> Any:
-    """What a callback names, without a call of a property; ``True`` for what is imported."""
+    """The object that a callback names, without a call of a property; ``True`` if imported."""
     static = inspect.getattr_static(policy, name, _MISSING)
     if isinstance(static, property) or (static is _MISSING and "." in name):
         return True

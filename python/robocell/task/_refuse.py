@@ -102,7 +102,7 @@ def check_kind(function: Any, called: str) -> None:
 
 
 def check_call(function: Any, count: int, called: str, usage: str) -> None:
-    """Refuses what is not a function of ``count`` arguments that runs when it is called."""
+    """Refuses all but a function of ``count`` arguments that runs when it is called."""
     if not callable(function):
         raise Refused("", f"{called} is {function!r}; a function is needed: {usage}")
     check_kind(function, called)

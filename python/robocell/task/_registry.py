@@ -30,8 +30,8 @@ def policy(target: Any) -> Any:
 
     A class is made with ``TaskCell``, or without an argument, and has
     ``decide(self, cell)``. It may have ``reconcile(self, cell)``, called after
-    decisions were missed, ``save(self)`` and ``restore(self, state)`` for what it
-    remembers, ``phases`` (names, drawn on the page) and ``phase`` (the current one).
+    decisions were missed, ``save(self)`` and ``restore(self, state)`` for its
+    memory, ``phases`` (names, drawn on the page) and ``phase`` (the current one).
     Without ``save`` its attributes are its memory, if they can be pickled.
 
     A function is called as ``f(cell)`` or ``f(cell, memory)``; ``memory`` is a

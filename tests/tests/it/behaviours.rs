@@ -189,7 +189,7 @@ fn an_edited_tree_is_taken_over_in_the_middle_of_a_job() {
     let file = data.join("cells/franka-pyramid.tree.json");
     let data = data.display().to_string();
     let script = dir.path().join("pause.jsonl");
-    // Simulated time stands while the file is edited, with a cube on its way.
+    // Simulated time is paused while the file is edited, with a cube on its way.
     std::fs::write(&script, r#"{"at_s": 4.0, "do": "pause"}"#).expect("the script is written");
     let script = script.display().to_string();
     let mut cell = TestCell::start_in(

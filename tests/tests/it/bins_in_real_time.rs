@@ -23,7 +23,7 @@ use robocell_tests::cell::{TestCell, base};
 use robocell_tests::recording::{same, verify};
 use serde_json::Value;
 
-/// What is run, and how long it takes at least (s).
+/// A job, with the shortest time that it can take (s).
 struct Job {
     demo: &'static str,
     bins: Option<&'static str>,

@@ -1,4 +1,4 @@
-//! Who may know whom.
+//! The packages on which each package may depend.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;

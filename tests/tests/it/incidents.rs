@@ -1,4 +1,4 @@
-//! What is kept of failures, and shown by `robocell incident`.
+//! The data kept of failures, and shown by `robocell incident`.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! Logs are bounded, and no line of what is kept is missing.
+//! Logs are bounded, and the kept part has no gap.
 
 use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
@@ -44,7 +44,7 @@ fn a_task_that_prints_without_end_keeps_its_newest_lines_and_fills_no_memory() {
     });
     let logs = cell.run_dir().join("logs");
     assert!(bytes(&logs) < 11_000_000, "{} bytes", bytes(&logs));
-    // What is kept has no gap.
+    // The kept part has no gap.
     let number = |line: &str| line.split(' ').find_map(|word| word.parse::<usize>().ok());
     let numbers: Vec<_> = said.stdout.lines().filter_map(number).collect();
     assert!(numbers.len() > 10_000, "{}", numbers.len());

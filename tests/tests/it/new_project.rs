@@ -29,7 +29,7 @@ fn commands(project: &Path) -> Vec<String> {
     lines.map(str::to_owned).collect()
 }
 
-/// The command of a README that begins with `robocell`, in the project's folder
+/// The command of a README that starts with `robocell`, in the project's folder
 /// and with `more` options.
 fn say(project: &Path, command: &str, more: &[&str], prepare: impl Fn(&mut Command)) -> Said {
     let words = command.strip_prefix("robocell ").unwrap();

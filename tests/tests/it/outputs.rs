@@ -7,7 +7,7 @@ use robocell_tests::program::{Said, finish, robocell, wait_for};
 use robocell_tests::schema::differences;
 use serde_json::Value;
 
-/// What is printed as NAME, on each line of `said`, is described.
+/// Checks each line of `said` against the schema of the output `name`.
 fn check(base: &Path, name: &str, said: &Said) {
     let schema = finish(robocell(base, &["schema", "output", name]));
     assert_eq!(schema.code, 0, "{schema:?}");

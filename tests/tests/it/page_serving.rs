@@ -1,5 +1,5 @@
-//! The page as a running cell serves it: who gets in, and what there is to see
-//! with and without Node.js.
+//! The page as a running cell serves it: access to it, and its contents with and without
+//! Node.js.
 
 use std::fs;
 use std::path::Path;
@@ -20,7 +20,7 @@ fn page(link: &str) -> Answer {
     ask(&address, "GET /", &[("Cookie", &cookie(&answer))]).unwrap()
 }
 
-/// A cell that stands still, with its page, `ui` being the page's sources.
+/// A paused cell with its page; `ui` has the sources of the page.
 fn cell(ui: &Path, path: Option<&str>) -> (TestCell, String) {
     let arguments = ["franka-stack", "--paused"];
     let cell = TestCell::start_with(base(), &arguments, |command: &mut Command| {

@@ -1,4 +1,4 @@
-//! What is told about the lines of a script, and about where everything is.
+//! Reports about the lines of a script, and about the places of all bodies.
 
 use robocell_tests::cell::{TestCell, base};
 use robocell_tests::program::{finish, robocell};

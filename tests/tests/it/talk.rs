@@ -84,7 +84,7 @@ fn program(dir: &Path, name: &str, script: &str) {
     std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).expect("a program");
 }
 
-/// Where there is a page, the task begins when it is open.
+/// Where there is a page, the task starts when it is open.
 fn starts_with_its_page(cell: &TestCell, link: &str) {
     wait_said(cell, "Ctrl-C stops it");
     if stdout(cell).contains("note: ") {

@@ -1,4 +1,4 @@
-//! Output that nobody reads, and output that could not be written.
+//! Output without a reader, and output that could not be written.
 
 use std::fs::OpenOptions;
 use std::process::Stdio;

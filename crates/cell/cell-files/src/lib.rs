@@ -13,7 +13,7 @@ use cell_model::Data;
 /// found them; `None` where the checkout is read instead.
 const EMBEDDED: Option<&[(&str, &str)]> = include!(concat!(env!("OUT_DIR"), "/embedded.rs"));
 
-/// What is built into this program, or the checkout it was built from.
+/// The files that are built into this program, or the checkout it was built from.
 pub fn data() -> Data {
     EMBEDDED.map_or_else(Data::checkout, Data::files)
 }

@@ -72,7 +72,7 @@ impl Recording {
             );
             let of = entries.epoch();
             let is_shown = self.shows(of, &entry);
-            // What ended an epoch was reported after the time at which the next one begins.
+            // The events that ended an epoch are reported after the start of the next one.
             let is_wanted = is_shown || entry.channel == Channel::Page;
             if !span.contains(&entry.time_ns) || is_preamble || !is_wanted {
                 continue;

@@ -251,8 +251,8 @@ impl Flight {
         let file = self.storage.create(&path).map_err(|e| e.to_string())?;
         let writer = RecordingWriter::new(file, &self.preamble);
         let begun = writer.and_then(|mut writer| {
-            // The preamble first, then the gaps: the reader learns at
-            // the start of the file what is missing.
+            // The preamble first, then the gaps: a reader learns of missing
+            // messages at the start of the file.
             writer.begin_at(time_ns)?;
             for (channel, (count, before)) in &self.lost {
                 let gap = gap(*channel, *count, *before, "disk");

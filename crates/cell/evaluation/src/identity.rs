@@ -24,6 +24,7 @@ pub struct Identity {
 /// # Errors
 /// Where its program cannot be read.
 pub fn own_build() -> io::Result<String> {
+    // Not by the path of the program: another build may be there by now.
     let hash = hash_of(&mut File::open("/proc/self/exe")?)?;
     Ok(format!("{}+{}", env!("CARGO_PKG_VERSION"), short(hash)))
 }
@@ -40,6 +41,7 @@ fn hash_of(file: &mut File) -> io::Result<Sha256> {
 }
 
 /// Collects inputs: files and options by name.
+// Sorted by name: the hash does not depend on the order in which files were read.
 #[derive(Clone, Debug, Default)]
 pub struct Inputs(BTreeMap<String, String>);
 
@@ -64,6 +66,7 @@ impl Inputs {
     pub fn hash(&self) -> String {
         let mut hash = Sha256::new();
         for (name, content) in &self.0 {
+            // With the length, two different lists of inputs cannot be the same bytes.
             hash.update(name.len().to_le_bytes());
             hash.update(name);
             hash.update(content);

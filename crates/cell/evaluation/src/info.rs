@@ -1,5 +1,5 @@
-//! The side file of rows: what is no input, and which shard the rows are. One JSON object a
-//! line, the plan first.
+//! The side file of rows: their shard, and facts that do not depend on inputs. One JSON object
+//! a line, the plan first.
 
 use std::io::BufReader;
 use std::ops::RangeInclusive;

@@ -1,10 +1,9 @@
-//! Rows of many episodes: what one is, which shard runs it, the file it is appended to,
-//! how the files of all shards become one, and
-//! what they say.
+//! Rows of many episodes: their content, the shard that runs each, the file that they are
+//! appended to, the merge of the files of all shards, and reports.
 //!
 //! A row depends on its inputs alone: the same build with the same inputs and seed writes
-//! the same bytes on every machine. What does not, such as the host and the time an episode
-//! took, goes to a side file, `FILE.info`.
+//! the same bytes on every machine. Facts that are not the same, such as the host and the time
+//! of an episode, go to a side file, `FILE.info`.
 //!
 //! [`charts`] draws numbers of rows and of recordings.
 

@@ -13,10 +13,10 @@ use crate::EvaluationError;
 use crate::info::{self, Plan};
 use crate::row::Key;
 
-/// So many problems are told.
+/// Problems that are reported; the others are left out.
 const MOST_PROBLEMS: usize = 100;
 
-/// What of a row tells where it belongs.
+/// The fields of a row that decide its place.
 #[derive(Deserialize)]
 struct Head {
     build: String,
@@ -178,6 +178,7 @@ fn check_shards(sources: &[Source], problems: &mut Problems) {
 /// Whether each file has all rows of its shard.
 fn check_complete(sources: &[Source], problems: &mut Problems) {
     for source in sources {
+        // Without a side file only gaps between rows are found, by `check_order`.
         let Some(plan) = info::plan_of(&source.path) else {
             continue;
         };
@@ -223,6 +224,7 @@ fn merge_rows(
         if let Some(head) = &source.head {
             check_identity(head, &path, &mut identity, problems);
         }
+        // The line as it was read: the result has to equal an unsharded run byte for byte.
         let written = out.write_all(source.line.as_bytes());
         written.map_err(EvaluationError::io(Path::new("the merged rows")))?;
         rows += 1;
@@ -251,6 +253,7 @@ fn check_order(
             path.display()
         ));
     } else if before > key {
+        // Rows are in the order in which episodes ended, until `RowsFile::finish` sorts them.
         problems.add(format!(
             "{place}: {key} follows {before}: the file is not finished; repeat the command \
              that wrote it, which resumes"
@@ -284,6 +287,7 @@ fn check_identity(
         if one != other {
             let (path, of) = (path.display(), of.display());
             let problem = format!("{path}: {what} {one}, but {of} has {other}");
+            // Once for a file, and not for each of its rows.
             if !problems.0.contains(&problem) {
                 problems.add(problem);
             }

@@ -141,7 +141,7 @@ pub struct Reports {
 pub struct Failed {
     /// Which.
     pub key: Key,
-    /// What it had in place of numbers of the cell file.
+    /// Its values in place of numbers of the cell file.
     pub settings: Vec<Setting>,
     /// Options of `robocell run` for its policy server.
     pub server: Vec<String>,
@@ -235,6 +235,7 @@ fn success<'a>(rows: impl Iterator<Item = &'a Short>) -> (u64, u64, Rate) {
         done += u64::from(row.is_done());
     }
     let (low, high) = wilson(done, episodes);
+    // Never 0 episodes: `read` refuses a file without rows.
     let rate = done as f64 / episodes as f64;
     (episodes, done, Rate { rate, low, high })
 }

@@ -28,7 +28,7 @@ pub struct RowsFile {
 }
 
 impl RowsFile {
-    /// Opens the file at `path` for the rows of `plan`, or begins it.
+    /// Opens the file at `path` for the rows of `plan`, or creates it.
     ///
     /// # Errors
     /// Where it cannot be written, another process writes it, or it was started with another plan.
@@ -41,6 +41,8 @@ impl RowsFile {
         let info = created
             .open(&info_path)
             .map_err(EvaluationError::io(&info_path))?;
+        // Not the rows: `finish` replaces that file, and its lock would remain with the old one.
+        // Before the rows are read, as a line that another process writes now would be cut off.
         match info.try_lock() {
             // Some network file systems have no locks.
             Ok(()) | Err(TryLockError::Error(_)) => {}
@@ -59,7 +61,7 @@ impl RowsFile {
         };
         let begun = info::plan_of(path);
         begun.iter().try_for_each(|begun| file.check_plan(begun))?;
-        // A side file whose plan was cut off is the sign, too.
+        // A side file is the sign of an evaluation, even if a kill cut its plan off.
         file.take_rows(!created.has(&info_path))?;
         if begun.is_none() {
             file.write_plan()?;
@@ -84,16 +86,17 @@ impl RowsFile {
         self.done.len() as u64
     }
 
-    /// Appends a row, and to the side file what is no input.
+    /// Appends a row, and its host and times to the side file.
     ///
     /// # Errors
     /// Where it cannot be written.
     pub fn append(&mut self, row: &Row, episode: &Episode) -> Result<(), EvaluationError> {
-        // In one call: what a kill leaves of it is cut off by the next start.
+        // In one call: the next start cuts off the part that a kill leaves.
         let line = line_of(row);
         let rows = self.rows.write_all(line.as_bytes());
         rows.map_err(EvaluationError::io(&self.path))?;
         self.done.insert(row.key());
+        // Second: a kill in between loses only facts that no report reads.
         let line = line_of(episode);
         let info = self.info.write_all(line.as_bytes());
         info.map_err(EvaluationError::io(&info::path_of(&self.path)))
@@ -112,9 +115,11 @@ impl RowsFile {
         let path = self.path.clone();
         let write = |from: &mut File| -> std::io::Result<()> {
             let sorted = Draft::beside(&path)?;
+            // Created as any file; `publish` then copies mode and owner from the rows.
             let mut out = BufWriter::new(sorted.create(0o666)?);
             let mut reader = BufReader::new(from);
             let mut line = Vec::new();
+            // One line at a time: a place needs a few bytes of memory, a row hundreds.
             for (_, place) in places {
                 line.clear();
                 reader.seek(SeekFrom::Start(place))?;
@@ -171,8 +176,8 @@ impl RowsFile {
         Ok(())
     }
 
-    /// Reads the rows that are there, and cuts off what a kill left of the last one. A file
-    /// that no evaluation has begun keeps what it has.
+    /// Reads the rows of the file, and cuts off the part of a line that a kill left. A file
+    /// that no evaluation has started is not changed.
     fn take_rows(&mut self, is_begun: bool) -> Result<(), EvaluationError> {
         let mut done = BTreeSet::new();
         let (plan, path) = (self.plan.clone(), self.path.clone());
@@ -248,6 +253,7 @@ struct Created(Vec<PathBuf>);
 impl Created {
     fn open(&mut self, path: &Path) -> io::Result<File> {
         let mut options = OpenOptions::new();
+        // Rows are appended after `each_row` has moved the position of this descriptor.
         let options = options.read(true).append(true);
         match options.clone().create_new(true).open(path) {
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => options.open(path),
@@ -277,7 +283,7 @@ impl Drop for Created {
 
 /// One line of JSON.
 fn line_of(value: &impl serde::Serialize) -> String {
-    // What is written has string keys and finite numbers.
+    // Cannot fail: keys are strings, and numbers are finite.
     let mut line = serde_json::to_string(value).unwrap_or_default();
     line.push('\n');
     line

@@ -26,6 +26,7 @@ impl Shard {
     /// Its seeds of `seeds`, in order.
     pub fn seeds(self, seeds: &RangeInclusive<u64>) -> impl Iterator<Item = u64> + use<> {
         let (first, last) = (*seeds.start(), *seeds.end());
+        // A sum that overflows is beyond the last seed: the shard has none.
         let first = first.checked_add(self.index - 1);
         let all = first.into_iter().flat_map(move |first| first..=last);
         all.step_by(usize::try_from(self.count).unwrap_or(usize::MAX))

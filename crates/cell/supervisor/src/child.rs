@@ -36,11 +36,11 @@ pub(crate) fn clean(command: &mut Command) {
     }
 }
 
-/// Names the directory of what was fetched.
+/// Names the directory of fetched files.
 pub const ENV_CACHE_DIR: &str = "ROBOCELL_CACHE_DIR";
 
-/// Where `assets fetch` keeps what it fetched: the rule of that program, told to
-/// processes that know nothing of our environment.
+/// Where `assets fetch` keeps its files. That program derives the directory from the
+/// environment, which the processes do not get, so it is passed to them.
 pub fn cache_dir() -> Option<PathBuf> {
     cell_rt::user_dir(
         |name| std::env::var_os(name),
@@ -201,6 +201,7 @@ impl Children {
     fn write_down(&self) {
         let ids: Vec<ChildId> = self.running.iter().filter_map(|r| r.id).collect();
         if let Ok(text) = serde_json::to_string(&ids) {
+            // A full run directory must not end a run, so an error is ignored.
             std::fs::write(self.dir.children(), text).ok();
         }
     }
@@ -231,15 +232,17 @@ fn append(path: &Path) -> std::io::Result<File> {
         .open(path)
 }
 
-/// The last `count` lines of a log; of a program that panicked, what it said
-/// then, and not the addresses it was at.
+/// The last `count` lines of a log; of a program that panicked, the message without the
+/// backtrace.
 pub(crate) fn last_words(path: &Path, count: usize) -> Vec<String> {
+    // A backtrace follows the message of a panic, which is then far above the last lines.
     words_of(last_lines(path, 20 * count), count)
 }
 
 fn words_of(mut lines: Vec<String>, count: usize) -> Vec<String> {
     if let Some(panic) = lines
         .iter()
+        // Newer standard libraries write the id of the thread, in parentheses, after its name.
         .rposition(|line| line.contains("' panicked at ") || line.contains(") panicked at "))
     {
         let after = lines.iter().skip(panic);

@@ -13,7 +13,7 @@ use crate::failure::{Context, Failure};
 
 /// Longest request (bytes).
 const MAX_REQUEST: usize = 4096;
-/// A client that has not said what it wants after this is let go.
+/// A client that has not sent its request after this is disconnected.
 const CLIENT_PATIENCE: Duration = Duration::from_secs(1);
 /// A launcher answers at once; one that is stopped must not stop its clients.
 const PATIENCE: Duration = Duration::from_secs(5);
@@ -77,7 +77,7 @@ impl Reply {
 #[derive(Debug)]
 pub(crate) struct Server {
     listener: UnixListener,
-    /// Who has not said all yet, the oldest first.
+    /// Clients whose request is not complete, the oldest first.
     clients: VecDeque<Client>,
     /// A client whose answer takes longer.
     waiting: Option<Client>,
@@ -106,6 +106,7 @@ impl Server {
     /// Answers the clients whose request is complete. If an answer takes longer, the client
     /// waits for [`Server::answer`].
     pub(crate) fn poll(&mut self, mut answer: impl FnMut(Request) -> Option<Reply>) {
+        // A limit, as a flood of connections must not hold up the loop of supervision.
         for _ in 0..MAX_CLIENTS {
             let Ok((stream, _)) = self.listener.accept() else {
                 break;
@@ -126,6 +127,7 @@ impl Server {
             match client.line() {
                 Ok(Some(line)) => match reply_to(&line, &mut answer) {
                     Some(reply) => client.tell(&reply),
+                    // No other client waits: a second `load` is refused while a scene is planned.
                     None => self.waiting = Some(client),
                 },
                 Ok(None) if client.since.elapsed() < CLIENT_PATIENCE => {
@@ -156,6 +158,7 @@ impl Client {
                 Err(error) => return Err(error),
             }
             let end = self.said.iter().position(|byte| *byte == b'\n');
+            // A longer request is cut and then refused: a client must not fill our memory.
             if let Some(end) = end.or((self.said.len() >= MAX_REQUEST).then_some(MAX_REQUEST)) {
                 self.said.truncate(end);
                 return Ok(Some(String::from_utf8_lossy(&self.said).into_owned()));

@@ -13,7 +13,7 @@ use crate::rundir::{KEPT, RunDir};
 /// Where shared memory segments are files.
 const SHM: &str = "/dev/shm";
 
-/// What lies about of earlier runs of one run directory.
+/// Leftovers of earlier runs of one run directory.
 #[derive(Debug, Default)]
 pub struct Leftovers {
     /// Processes that still run.
@@ -62,6 +62,7 @@ impl std::fmt::Display for Leftovers {
 }
 
 fn exists(id: &ChildId) -> bool {
+    // Since that run, the kernel may have given the pid to another program.
     is_same(id.pid, id.started)
 }
 
@@ -87,6 +88,7 @@ pub(crate) fn wipe(dir: &RunDir) -> Result<Option<String>, Failure> {
             kill(id.pid, SIGKILL).ok();
         }
     }
+    // 2 s: the kernel may keep a killed process for as long as a device does not answer.
     for _ in 0..400 {
         if !found.processes.iter().any(exists) {
             break;
@@ -99,6 +101,7 @@ pub(crate) fn wipe(dir: &RunDir) -> Result<Option<String>, Failure> {
             "process {pid} of an earlier run does not end: kill -9 {pid}"
         )));
     }
+    // After the processes, which could create new ones until their end.
     remove_segments(dir)?;
     for entry in fs::read_dir(dir.path())
         .cannot(format!("read {}", dir.path().display()))?
@@ -154,8 +157,9 @@ fn remove_segments(dir: &RunDir) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Removes a file or a directory; what is gone already is fine.
+/// Removes a file or a directory; one that does not exist is not an error.
 pub(crate) fn remove(path: &std::path::Path) -> io::Result<()> {
+    // Not `metadata`: it would take a link without a target for a file that is gone.
     let result = match fs::symlink_metadata(path) {
         Ok(meta) if meta.is_dir() => fs::remove_dir_all(path),
         Ok(_) => fs::remove_file(path),

@@ -17,7 +17,7 @@ pub struct Lock {
     pub used_before: bool,
 }
 
-/// Who holds a lock.
+/// The process that holds a lock.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Holder {
     /// Its process id.
@@ -27,7 +27,7 @@ pub struct Holder {
 }
 
 impl Lock {
-    /// Takes the lock at `path`, or says who has it.
+    /// Takes the lock at `path`, or returns the process that has it.
     pub fn take(path: &Path) -> io::Result<Result<Self, Holder>> {
         let mut tried = Self::try_take(path)?;
         for _ in 0..RETRIES {
@@ -52,6 +52,7 @@ impl Lock {
             .read(true)
             .write(true)
             .create(true)
+            // Emptied below, once the lock is ours: until then it has the pid of the holder.
             .truncate(false)
             .mode(0o600)
             .custom_flags(libc::O_NOFOLLOW);
@@ -72,7 +73,7 @@ impl Lock {
         }))
     }
 
-    /// Who holds the lock at `path` now, if anybody.
+    /// The process that holds the lock at `path` now, if one does.
     ///
     /// # Errors
     /// Where it exists and cannot be read.
@@ -81,6 +82,7 @@ impl Lock {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
             opened => opened?,
         };
+        // Shared: two commands that look at once must not take each other for the holder.
         Ok(match file.try_lock_shared() {
             Err(TryLockError::WouldBlock) => Some(read_holder(&mut file)),
             _ => None,
@@ -91,6 +93,7 @@ impl Lock {
 fn read_holder(file: &mut File) -> Holder {
     let mut text = String::new();
     let pid = match file.read_to_string(&mut text) {
+        // Empty for a moment: the holder writes its pid after it has taken the lock.
         Ok(_) => text.trim().parse().unwrap_or(0),
         Err(_) => 0,
     };

@@ -20,8 +20,8 @@ pub use follower::Follower;
 /// Most bytes that a log occupies. A task that prints megabytes must not fill the memory
 /// that the cell works in.
 const LIMIT: u64 = 10_000_000;
-/// A log that occupies more loses its older half: what is written until that is done is
-/// within the limit.
+/// A log that occupies more loses its older half. The rest up to the limit is for lines
+/// that are written until that is done.
 const FULL: u64 = 8_000_000;
 
 /// The last `bytes` of the log at `path`; nothing where there is none.

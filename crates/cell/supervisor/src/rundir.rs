@@ -1,4 +1,4 @@
-//! The run directory: where it is, who holds it, what lies in it.
+//! The run directory: its place, the process that holds it, and its files.
 //!
 //! `BASE/CELL/` with `.robocell` (says that it is ours), `lock`, `run.json`, `record.json`, `page.json`,
 //! `children.json`, `control.sock`, `record.sock`, `logs/`,
@@ -151,7 +151,7 @@ impl RunDir {
         self.path.join("record.sock")
     }
 
-    /// What the recorder says of what it recorded.
+    /// The report of the recorder.
     pub fn record_report(&self) -> Option<RecordReport> {
         RecordReport::load(&self.path)
     }
@@ -161,15 +161,15 @@ impl RunDir {
         ChildId::path(&self.path)
     }
 
-    /// Who runs the cell now, if anybody.
+    /// The launcher that runs the cell now, if one does.
     pub fn holder(&self) -> Option<Holder> {
         Lock::holder(&self.path.join("lock")).ok().flatten()
     }
 
-    /// Who runs `cell`, whose directory this is.
+    /// The launcher that runs `cell`, whose directory this is.
     ///
     /// # Errors
-    /// Where nobody does, or the directory may not be read.
+    /// Where no launcher does, or the directory may not be read.
     pub fn running(&self, cell: &str) -> Result<Holder, Failure> {
         let holder = Lock::holder(&self.path.join("lock"));
         let what = format!("tell whether cell `{cell}` runs: {}", self.path.display());
@@ -268,6 +268,8 @@ impl RunDir {
 }
 
 /// FNV-1a folded to `bits` bits.
+// Not `DefaultHasher`, which may change: another build finds the leftovers of this one by the
+// same prefix.
 fn fold(bytes: &[u8], bits: u32) -> u64 {
     let step = |hash: u64, byte: &u8| (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3);
     let hash = bytes.iter().fold(0xcbf2_9ce4_8422_2325, step);

@@ -166,6 +166,8 @@ fn slabs(half: [f32; 3], rays: &Rays) -> (Lanes, Lanes) {
     let (mut enter, mut leave) = (splat(-FAR), splat(FAR));
     for axis in 0..3 {
         let (origin, half) = (rays.origin[axis], splat(half[axis]));
+        // For a ray along the faces the inverse is infinite. Between them both distances are then
+        // infinite with opposite signs; beside them they have the same sign, which is a miss.
         let inverse = splat(1.0) / rays.direction[axis];
         let (low, high) = ((-half - origin) * inverse, (half - origin) * inverse);
         let is_forward = low.simd_lt(high);

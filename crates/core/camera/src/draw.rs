@@ -24,6 +24,7 @@ pub fn draw(scene: &Scene, view: &View, light: &Light) -> Picture {
             let (depth, body) = (depth.to_array(), body.to_array());
             (0..LANES).map(move |lane| (depth[lane], body[lane]))
         });
+        // The last group of a row may have lanes beyond the edge of the picture.
         for (depth, body) in pixels.take(width) {
             let seen = index_of(depth, body).and_then(|index| scene.bodies.get(index));
             depth_m.push(if seen.is_some() { depth } else { 0.0 });

@@ -87,6 +87,8 @@ impl Nearest {
                 ];
                 let at = body.solid.cast(&Rays { origin, direction }, NEAR_M);
                 let (depth, seen) = (&mut self.depth[line + group], &mut self.body[line + group]);
+                // Strictly less: of two surfaces at the same distance the one with the lower number
+                // is seen.
                 let is_nearer = at.simd_lt(*depth) & at.simd_gt(Lanes::splat(NEAR_M));
                 *depth = is_nearer.select(at, *depth);
                 *seen = is_nearer.select(index, *seen);

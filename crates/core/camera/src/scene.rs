@@ -48,6 +48,7 @@ impl Scene {
     pub fn new(cell: &Cell, state: &WorldState) -> Self {
         let mut scene = Self::default();
         let mut instance = 0_u16;
+        // Every body takes a number, visible or not, so that a number means the same in all states.
         let mut next = || {
             instance = instance.saturating_add(1);
             instance

@@ -165,6 +165,7 @@ impl<'a> Shading<'a> {
         let points = self.points(depth, self.columns[group], self.rows[row]);
         while left != 0 {
             let lane = left.trailing_zeros() as usize;
+            // All lanes of a body at a time, since neighbouring pixels mostly show the same body.
             let mine = index.simd_eq(Lanes::splat(index.as_array()[lane])) & seen;
             left &= !mine.to_bitmask();
             let Some(body) =

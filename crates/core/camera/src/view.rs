@@ -23,6 +23,7 @@ pub struct View {
 impl View {
     /// A camera with a vertical field of view of `field_of_view` (rad, 0 to pi).
     pub fn new(pose: Isometry3<f64>, field_of_view: f64, width: u32, height: u32) -> Self {
+        // `libm`, not `f64::tan`, which may differ in its last bit between systems.
         let focal = 0.5 * f64::from(height) / libm::tan(0.5 * field_of_view);
         Self {
             pose,

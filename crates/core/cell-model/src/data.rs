@@ -195,6 +195,7 @@ impl Data {
         };
         names.extend(self.robots.iter().flat_map(|robots| robots.robot_names()));
         names.sort();
+        // A robot of the user may have the name of a built-in one, in whose place it is read.
         names.dedup();
         names
     }

@@ -30,6 +30,7 @@ impl Draft {
     /// Returns an error if `path` is a link to a file that does
     /// not exist, and if no name is free.
     pub fn beside(path: &Path) -> io::Result<Self> {
+        // A rename would replace the link itself and leave the file as it is.
         let target = if path.is_symlink() {
             fs::canonicalize(path)?
         } else {
@@ -40,6 +41,7 @@ impl Draft {
         let free = (0..TRIES).map(|number| name.draft(number));
         let free = free
             .into_iter()
+            // Not `exists`: a link to a missing file takes the name as well.
             .find(|draft| fs::symlink_metadata(draft).is_err());
         let path = free.ok_or_else(|| {
             let text = format!(
@@ -95,6 +97,7 @@ impl Draft {
                 // Refused to all but the superuser. The content counts more than its owner.
                 chown(&self.path, Some(replaced.uid()), Some(replaced.gid())).ok();
             }
+            // After `chown`, which clears the bits for setuid and setgid.
             let mode = Permissions::from_mode(replaced.mode() & 0o7777);
             fs::set_permissions(&self.path, mode)?;
         }

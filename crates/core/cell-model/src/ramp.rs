@@ -32,8 +32,8 @@ impl RampState {
     /// The deceleration `s` is the one that uses up exactly the remaining velocity if it is
     /// reduced by the jerk limit in every tick: the sum of `s`, `s - J`, `s - 2 J`, ... over
     /// the ticks, with `J` the jerk limit times the tick. A start outside of the limits returns
-    /// to them at the jerk limit. The velocity limit holds before the jerk limit: what is left of
-    /// an acceleration must not carry the joint over it.
+    /// to them at the jerk limit. The velocity limit holds before the jerk limit: the rest of an
+    /// acceleration must not carry the joint over it.
     pub fn brake(
         self,
         (velocity_limit, acceleration_limit, jerk_limit): (f64, f64, f64),

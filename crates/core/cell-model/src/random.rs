@@ -34,6 +34,7 @@ impl Random {
 
     /// A number below `end`; 0 where that is 0.
     pub fn below(&mut self, end: usize) -> usize {
+        // The remainder prefers small numbers, but by less than `end` / 2^64.
         let rest = self.bits() % (end as u64).max(1);
         usize::try_from(rest).unwrap_or(0)
     }

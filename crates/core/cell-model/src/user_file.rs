@@ -109,6 +109,7 @@ pub fn read_text(path: &Path) -> io::Result<String> {
 /// Returns an error if it cannot be read, is not UTF-8, or has more than [`MAX_LINE_BYTES`].
 pub fn read_line(rows: &mut impl BufRead, line: &mut String) -> io::Result<usize> {
     line.clear();
+    // The memory of the line before is used again, not allocated for each row.
     let mut bytes = std::mem::take(line).into_bytes();
     let count = rows
         .take(MAX_LINE_BYTES + 1)

@@ -90,6 +90,8 @@ impl Hand {
             }
             Some(positions)
         };
+        // A width of 1 m is beyond the limits of the joints: only the difference of the poses is
+        // used, which is linear in the width.
         let (closed, wide) = (of_width(0.0)?, of_width(1.0)?);
         let finger = |joint: usize| {
             let (at, apart) = (

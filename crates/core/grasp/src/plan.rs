@@ -56,6 +56,7 @@ pub fn first_grasps(
             of.excluded = (!reaches(&of.tcp)).then_some(Exclusion::OutOfReach);
         }
         all.extend(group);
+        // A candidate that costs more than `least_cost` may be followed by a cheaper one.
         let is_best = |of: &&Candidate| of.excluded.is_none() && of.cost <= least_cost;
         all.iter().filter(is_best).count() >= enough
     };

@@ -107,6 +107,7 @@ impl GraspRow {
                 position: of.tcp.translation.vector.into(),
                 orientation_wxyz: [rotation.w, rotation.i, rotation.j, rotation.k],
             },
+            // Half a turn exchanges the fingers and gives the same grasp.
             yaw_rad: across.y.atan2(across.x).rem_euclid(std::f64::consts::PI),
             width_m: of.width_m,
             cost: of.cost,

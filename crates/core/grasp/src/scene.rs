@@ -108,6 +108,8 @@ impl Scene {
         is_near: impl Fn(&Body, f64) -> bool,
     ) -> Option<Exclusion> {
         let find = |bodies: &[Body], margin: f64| {
+            // By address: `object` is a body of this scene, and a copy of it would be its own
+            // obstacle.
             let others = bodies.iter().filter(|body| !std::ptr::eq(*body, object));
             let mut near = others.filter(|body| is_near(body, margin));
             near.next().map(|body| body.name.clone())

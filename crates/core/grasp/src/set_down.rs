@@ -39,6 +39,7 @@ pub fn set_down(gripper: &Gripper, scene: &Scene, of: &SetDown<'_>) -> Option<Ex
     } = *of;
     let body = scene.objects.get(object)?;
     does_not_fit(scene, body, goal).or_else(|| match gripper {
+        // With the object on the way there, open on the way back.
         Gripper::Fingers(hand) => [width_m, opening_m]
             .into_iter()
             .find_map(|width_m| fingers::blocked_on_way(hand, scene, body, (tcp, width_m))),

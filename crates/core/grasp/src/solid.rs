@@ -74,6 +74,7 @@ impl Solid {
             let pose = at * part.pose;
             other.0.iter().any(|its| {
                 let its_pose = other_at * its.pose;
+                // The enclosing balls first: they exclude distant pairs without an exact distance.
                 let apart = (pose.translation.vector - its_pose.translation.vector).norm();
                 apart < part.radius + its.radius + margin
                     && distance(&part.shape, &pose, &its.shape, &its_pose) < margin

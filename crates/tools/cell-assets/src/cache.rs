@@ -42,6 +42,7 @@ fn remove_abandoned(cache: &Path) {
             let (meshes, old) = (meshes_in(cache), entry.path().join("old"));
             // Killed while it put its set in place of this one.
             if !meshes.exists() {
+                // Fails where nothing was moved away yet: then no set is lost.
                 std::fs::rename(old, meshes).unwrap_or_default();
             }
             // Left over, it only takes space.
@@ -65,6 +66,7 @@ impl Draft {
     /// When the folder cannot be made.
     pub fn new(cache: &Path) -> Result<Self, AssetError> {
         remove_abandoned(cache);
+        // In the cache itself: a rename works only within one file system.
         let dir = cache.join(format!("{DRAFT}{}", std::process::id()));
         if dir.exists() {
             // A process of that number died here.
@@ -106,6 +108,9 @@ impl Draft {
     /// When a folder cannot be renamed; what was there is put back.
     pub fn publish(self) -> Result<PathBuf, AssetError> {
         let old = self.dir.join("old");
+        // A folder cannot be renamed onto one that has files, so the old set is moved away first. A
+        // process that is killed between the two renames leaves it in `old`, where the next start
+        // finds it (see `remove_abandoned`).
         let replaces = self.meshes.exists();
         if replaces {
             std::fs::rename(&self.meshes, &old)

@@ -11,6 +11,8 @@ const LINES_SHOWN: usize = 6;
 
 /// Downloads the package into `dir`; its path.
 pub(crate) fn download(dir: &Path) -> Result<PathBuf, AssetError> {
+    // Binary packages only: pip builds a source package to read its metadata, so its code would
+    // run before the checksum is compared.
     let output = Command::new("python3")
         .args(["-m", "pip", "download", "--no-deps", "--no-input"])
         .args(["--only-binary", ":all:", "--disable-pip-version-check"])
@@ -20,6 +22,7 @@ pub(crate) fn download(dir: &Path) -> Result<PathBuf, AssetError> {
         .output()
         .map_err(AssetError::NoPython)?;
     let wheel = dir.join(WHEEL);
+    // pip succeeds as well where a mirror has another build of the version, under another name.
     if output.status.success() && wheel.is_file() {
         return Ok(wheel);
     }

@@ -32,7 +32,7 @@ pub enum Source {
 pub struct Fetched {
     /// Folder with `ROBOT/LINK.glb`.
     pub meshes: PathBuf,
-    /// What it holds.
+    /// Contents of that folder.
     pub manifest: Manifest,
     /// It was there already; nothing was done.
     pub already: bool,
@@ -71,6 +71,7 @@ pub fn fetch(
             download::download(&draft.scratch()?)?
         }
     };
+    // Before the archive is opened: the readers of ZIP and COLLADA get only the pinned bytes.
     say("checking the checksum");
     wheel::verify(&path, SHA256)?;
     say("converting");

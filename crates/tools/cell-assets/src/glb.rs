@@ -37,6 +37,7 @@ pub fn linear(srgb: f32) -> f32 {
 /// When the file would have 4 GiB or more.
 pub fn write(name: &str, meshes: &[ShadedMesh]) -> Result<Vec<u8>, AssetError> {
     let mut parts = Parts::default();
+    // glTF does not allow an accessor without elements.
     let meshes: Vec<&ShadedMesh> = meshes.iter().filter(|m| !m.indices.is_empty()).collect();
     let primitives: Vec<Value> = meshes.iter().map(|mesh| parts.primitive(mesh)).collect();
     let root = json!({
@@ -51,6 +52,7 @@ pub fn write(name: &str, meshes: &[ShadedMesh]) -> Result<Vec<u8>, AssetError> {
         "buffers": [{ "byteLength": parts.bin.len() }],
     });
     let mut text = root.to_string().into_bytes();
+    // glTF requires chunks of whole words, and pads JSON with spaces.
     text.resize(text.len().next_multiple_of(4), b' ');
     let total = 12 + 8 + text.len() + 8 + parts.bin.len();
     let size = |len: usize| u32::try_from(len).map_err(|_| AssetError::TooLarge(total));
@@ -85,6 +87,7 @@ impl Parts {
             },
         }));
         let material = self.materials.len() - 1;
+        // glTF requires bounds of positions, and of no other attribute.
         let position = self.vectors(&mesh.positions, true);
         let normal = self.vectors(&mesh.normals, false);
         let indices = self.indices(mesh);
@@ -153,6 +156,7 @@ impl Parts {
             "target": target,
         }));
         self.bin.extend(bytes);
+        // The next view may hold words, which have to be aligned.
         self.bin.resize(self.bin.len().next_multiple_of(4), 0);
         self.views.len() - 1
     }

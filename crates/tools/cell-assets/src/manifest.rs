@@ -1,4 +1,4 @@
-//! What lies in the cache, and where it came from.
+//! The list of the files in the cache, with their origin.
 
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,7 @@ pub const FILE: &str = "manifest.json";
 /// Raised when the conversion changes, so that old caches are made again.
 pub const CONVERSION: u32 = 1;
 
-/// What lies in the cache, and where it came from.
+/// The files in the cache, and their origin.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
     /// Package of the Python package index.
@@ -65,7 +65,7 @@ impl Pose {
 pub struct Licence {
     /// File below the folder of the meshes.
     pub file: String,
-    /// What it covers.
+    /// The robot, or the package, that it covers.
     pub covers: String,
 }
 

@@ -41,6 +41,7 @@ impl ColourMesh {
             if a == b || b == c || c == a {
                 continue;
             }
+            // Rotated, not sorted: sorting would lose the side to which a triangle faces.
             let first = if a < b && a < c {
                 [a, b, c]
             } else if b < c {

@@ -44,6 +44,7 @@ pub fn shade(mesh: &ColourMesh) -> ShadedMesh {
             let sum = group
                 .iter()
                 .fold([0.0; 3], |sum, face| add(sum, weighted[*face]));
+            // The sum has no direction where faces cancel each other; then the first one decides.
             let first = group.first().map_or([0.0; 3], |face| weighted[*face]);
             let place_of_group = shaded.positions.len();
             shaded.positions.push(narrow(mesh.positions[point]));

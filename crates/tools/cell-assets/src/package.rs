@@ -83,7 +83,7 @@ pub struct Notice {
     pub name: &'static str,
     /// Name in the package.
     pub member: &'static str,
-    /// What it covers.
+    /// The robot, or the package, that it covers.
     pub covers: &'static str,
 }
 

@@ -66,7 +66,8 @@ impl<R: Read + Seek> Archive<R> {
             .by_name(member)
             .map_err(|error| refuse(member, error.to_string()))?;
         let mut text = String::new();
-        // The size in the header is a claim; what comes out is counted.
+        // The size in the header is a claim, so the unpacked bytes are counted. One byte more than
+        // the limit shows that there is more, without unpacking it.
         let read = file
             .take(limit + 1)
             .read_to_string(&mut text)

@@ -15,6 +15,7 @@ use crate::stats::Stats;
 use crate::table::{Column, TableFile, Values};
 
 /// Sizes at which a file of the format ends (bytes), and files of a chunk.
+// The defaults of lerobot.
 const DATA_BYTES: usize = 100 << 20;
 const VIDEO_BYTES: u64 = 200 << 20;
 const CHUNK_FILES: i64 = 1000;
@@ -101,6 +102,8 @@ pub(crate) fn write(
     files: &[PathBuf],
     cameras: &[String],
 ) -> Result<String, ExportError> {
+    // Readers take all files below `data`, also those of an older data set. A directory that cannot
+    // be listed does not exist yet, or the first write fails.
     let is_used = std::fs::read_dir(out).is_ok_and(|mut entries| entries.next().is_some());
     if is_used {
         return Err(ExportError::episode(
@@ -292,7 +295,8 @@ impl Writer<'_> {
         Ok(self.data_place)
     }
 
-    /// Adds the pictures of an episode to the video of a camera; its file, and where it begins.
+    /// Adds the pictures of an episode to the video of a camera; returns the file and the number of
+    /// the first frame in it.
     fn film(
         &mut self,
         camera: usize,
@@ -331,6 +335,7 @@ impl Writer<'_> {
 
     fn finish(self) -> Result<String, ExportError> {
         if let Some(file) = self.data {
+            // A file of Parquet ends with its footer: without `close` it cannot be read.
             file.close(None)?;
         }
         for video in self.videos.into_iter().flatten() {

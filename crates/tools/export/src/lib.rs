@@ -123,9 +123,12 @@ pub fn main() -> ExitCode {
         }),
     };
     let code = done.unwrap_or_else(|error| {
+        // Where stderr cannot be written, no channel is left for a report.
         writeln!(std::io::stderr(), "robocell: {error}").ok();
         ExitCode::from(CONFIGURATION)
     });
+    // A script would take a truncated output for the whole one, so a failed write is an error even
+    // where the work was done.
     match stdout::finish() {
         Ok(()) => code,
         Err(error) => {

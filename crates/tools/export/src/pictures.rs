@@ -70,6 +70,7 @@ impl Video {
         command.args(["-c:v", "libx264rgb", "-crf", "0", "-preset", "veryfast"]);
         command.args(["-threads", "1", "-bf", "0", "-g", "2"]);
         command.args(["-fflags", "+bitexact", "-flags:v", "+bitexact", "-y"]);
+        // stderr is inherited, so that the user sees the message of ffmpeg itself.
         command
             .arg(path)
             .stdin(Stdio::piped())
@@ -97,11 +98,14 @@ impl Video {
 
     /// Bytes that are on the disk so far.
     pub(crate) fn bytes(&self) -> u64 {
+        // ffmpeg may not have created the file yet.
         std::fs::metadata(&self.path).map_or(0, |about| about.len())
     }
 
     /// Ends the file.
     pub(crate) fn close(mut self) -> Result<(), ExportError> {
+        // ffmpeg writes the index of the file when its input ends: with an open pipe `wait` would
+        // not return.
         drop(self.child.stdin.take());
         let ended = self.child.wait();
         let ended = ended.map_err(|error| ExportError::io(&self.path, error))?;

@@ -57,6 +57,7 @@ fn differences(
     let left = Mutex::new(episodes.iter());
     let found = Mutex::new((BTreeMap::new(), None));
     let work = || {
+        // One at a time: episodes differ in length, so equal shares would leave threads idle.
         let next = || left.lock().unwrap_or_else(PoisonError::into_inner).next();
         while let Some((index, episode)) = next() {
             let result = difference(data, episode);
@@ -99,7 +100,9 @@ fn difference(data: &Data, stored: &Stored) -> Result<Option<String>, ExportErro
                 .states
                 .get(usize::try_from(hold.action(tick)).unwrap_or(usize::MAX))
         {
+            // The hash at the end would tell that an episode differs, but not where.
             let computed = arms(&cell, state);
+            // Bits are compared: NaN equals itself, and -0 differs from 0.
             let differs = computed.iter().zip(recorded);
             if let Some(at) = differs
                 .into_iter()
@@ -186,6 +189,7 @@ fn tables(dir: &Path) -> Result<Vec<PathBuf>, ExportError> {
         let entries = std::fs::read_dir(dir).and_then(Iterator::collect::<Result<Vec<_>, _>>);
         let entries = entries.map_err(|error| ExportError::io(dir, error))?;
         let mut paths: Vec<PathBuf> = entries.iter().map(std::fs::DirEntry::path).collect();
+        // A directory has no order, and the rows of an episode are in the order of the files.
         paths.sort();
         Ok(paths)
     };
@@ -206,6 +210,7 @@ fn rows(path: &Path, columns: &[&str]) -> Result<Vec<Row>, ExportError> {
         let fields = fields
             .filter(|field| columns.contains(&field.name()))
             .map(Arc::clone);
+        // Other columns may be pictures, which would be decoded.
         let wanted = Type::group_type_builder("schema")
             .with_fields(fields.collect())
             .build()?;

@@ -91,6 +91,7 @@ impl Stats {
     fn add(&mut self, mut values: Vec<f64>) {
         let count = values.len().max(1) as f64;
         let mean = values.iter().sum::<f64>() / count;
+        // In a second pass: the difference of two large squares would lose a small deviation.
         let square = values.iter().map(|value| (value - mean).powi(2));
         self.std.push((square.sum::<f64>() / count).sqrt());
         self.mean.push(mean);
@@ -119,6 +120,7 @@ impl Stats {
             let mean = weighted(&|part| of(&part.mean));
             let square = weighted(&|part| of(&part.std).powi(2) + of(&part.mean).powi(2));
             all.mean.push(mean);
+            // Rounding may make the difference negative, and its root NaN.
             all.std.push((square - mean * mean).max(0.0).sqrt());
             let min = parts.iter().map(|part| of(&part.min));
             all.min.push(min.fold(f64::INFINITY, f64::min));

@@ -75,6 +75,8 @@ impl Column {
 
     fn to_type(&self) -> Result<TypePtr, ParquetError> {
         if matches!(self.values, Values::Pictures(_)) {
+            // The struct of the feature `Image` of the package `datasets`, by which lerobot reads
+            // pictures.
             let bytes = leaf("bytes", Physical::BYTE_ARRAY, None)?;
             let path = leaf("path", Physical::BYTE_ARRAY, Some(LogicalType::String))?;
             return group(&self.name, vec![bytes, path]);
@@ -105,6 +107,8 @@ impl Column {
         let count = self.count();
         // A new row, or another entry of the outer list.
         let repeated = (0..count).map(|at| i16::from(!at.is_multiple_of(width.max(1))));
+        // No value is missing, so the level of definition is the highest: one for each list, since
+        // everything else is required.
         Some((vec![depth; count], repeated.collect()))
     }
 
@@ -168,6 +172,7 @@ fn group(name: &str, fields: Vec<TypePtr>) -> Result<TypePtr, ParquetError> {
 }
 
 fn list_of(name: &str, element: TypePtr) -> Result<TypePtr, ParquetError> {
+    // The three levels, and the names, that the specification of Parquet gives a list.
     let entries = Type::group_type_builder("list").with_repetition(Repetition::REPEATED);
     let entries = Arc::new(entries.with_fields(vec![element]).build()?);
     let list = Type::group_type_builder(name).with_repetition(Repetition::REQUIRED);
@@ -230,6 +235,7 @@ fn add_group(
 ) -> Result<(), ParquetError> {
     let mut rows = writer.next_row_group()?;
     for column in columns {
+        // A group has no column of its own: its leaves are written in the order of the schema.
         let parts: &[bool] = match column.values {
             Values::Pictures(_) => &[false, true],
             _ => &[false],

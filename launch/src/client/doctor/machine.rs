@@ -41,6 +41,7 @@ pub(super) fn page() -> Check {
         };
         return Check::ok("page", found);
     }
+    // A missing program is reported by the check of programs.
     let monitor = beside("monitor-proc").ok();
     let said = monitor.and_then(|path| {
         let mut command = Command::new(path);
@@ -70,6 +71,7 @@ pub(super) fn governor() -> Check {
     let governors = governors();
     let slow: Vec<&String> = governors.iter().filter(|g| *g != "performance").collect();
     match (governors.first(), slow.first()) {
+        // Most containers and virtual machines have no `cpufreq`, and no means to change the clock.
         (None, _) => Check::ok(name, "not under the control of this system"),
         (Some(_), None) => Check::ok(name, "performance"),
         (Some(_), Some(governor)) => Check::new(

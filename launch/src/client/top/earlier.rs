@@ -1,9 +1,9 @@
 //! What the task said before `top` was started, from the log the monitor keeps.
 
-/// Name of that log.
 use supervisor::process_log::tail;
 use supervisor::rundir::RunDir;
 
+/// Name of that log.
 const LOG: &str = "trace";
 /// More lines than a terminal has.
 const LINES: usize = 60;

@@ -59,8 +59,8 @@ pub(super) fn check_control(cell: &Cell) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The cell of `demo`, from a directory or from what is built in, with `set` in place of
-/// numbers of its file.
+/// The cell of `demo`, from a directory or the built-in data, with `set` in place of numbers of
+/// its file.
 pub(crate) fn load(
     data_dir: Option<&Path>,
     demo: &str,
@@ -85,7 +85,7 @@ fn data_of(data_dir: Option<&Path>) -> Data {
     data.unwrap_or(built_in)
 }
 
-/// For those who are in the folder of their own cell.
+/// A hint for a user in the folder of their own cell.
 fn data_hint(here: &Path, demo: &str) -> &'static str {
     if here.join("cells").join(format!("{demo}.toml")).is_file() {
         "; there is a cell file of that name below this folder: add `--data .`"

@@ -12,6 +12,7 @@ use crate::say;
 mod holder;
 
 /// TCP ports of the arm and of the hand.
+// libfranka has them built in: the interfaces of two arms differ by address.
 const PORTS: [u16; 2] = [1337, 1338];
 
 /// Puts the controllers of the command line in place of those of the cell file, and gives by
@@ -78,6 +79,7 @@ fn check(args: &ControllerArgs, cell: &Cell, interfaces: &[Option<Fci>]) -> Resu
         let Some(Fci { address, .. }) = fci else {
             continue;
         };
+        // Messages of the interface have seven angles.
         if !arm.robot.arm_units().iter().all(|unit| *unit == "rad")
             || arm.robot.arm_joints.len() != 7
         {

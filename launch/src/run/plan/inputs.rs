@@ -46,6 +46,7 @@ impl Inputs {
         let robot = robot_files(&args.robot, data_dir.as_deref())?;
         let mut cell = cell_of(args, data_dir.as_deref(), robot.as_ref())?;
         let fci = fci::controllers_of(&args.controllers, &mut cell)?;
+        // Before the task program is asked: it may have to be built first.
         check_control(&cell)?;
         let program = task_program::of_cell(
             args.data.program.task.as_deref(),

@@ -39,12 +39,15 @@ fn check_new(path: &Path) -> Result<(), Failure> {
             "cannot record to {show}: {why}; give the path of a new file"
         )))
     };
+    // Not `metadata`, which takes a link without a target for a file that does not exist.
     match fs::symlink_metadata(path) {
         Ok(meta) if meta.is_dir() => return refuse("it is a directory".to_owned()),
         Ok(meta) if meta.is_file() => return refuse("it exists already".to_owned()),
         Ok(_) => return refuse("it is a device, a pipe, a socket or a link".to_owned()),
         Err(_) => {}
     }
+    // The recorder makes the file later, in another process: without this test its error would come
+    // after the start of the run.
     let made = fs::File::options().write(true).create_new(true).open(path);
     if let Err(error) = made.and_then(|_| fs::remove_file(path)) {
         return refuse(error.to_string());

@@ -81,7 +81,7 @@ export class Hand {
     return leads ? state.target : state.tcp;
   }
 
-  /** A new gesture begins: a press of a button or a key, or a drag. */
+  /** Starts a new gesture: a press of a button or a key, or a drag. */
   begin(): void {
     this.stopped = false;
   }

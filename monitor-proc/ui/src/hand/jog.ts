@@ -24,7 +24,7 @@ export class Jog {
     addEventListener("blur", () => this.release());
   }
 
-  /** Begins to move arm `arm` along or about axis 0 to 5 (x, y, z, roll, pitch, yaw). */
+  /** Starts to move arm `arm` along or about axis 0 to 5 (x, y, z, roll, pitch, yaw). */
   press(arm: number, axis: number, sign: number, fine: boolean): void {
     this.release();
     this.hand.begin();

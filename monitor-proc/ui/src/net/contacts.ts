@@ -1,4 +1,4 @@
-// Who touches whom, and how hard.
+// Contacts by body, with their forces.
 import type { Scene, Vec3 } from "./protocol";
 import type { Contact, ContactBody } from "./snapshot";
 

@@ -1,5 +1,5 @@
 // The moment of the past that a person looks at outlives its run: `--loop` starts the next seed by itself, and the
-// monitor with the recorder of the earlier one ends. The page then shows what it has until the person returns to now.
+// monitor with the recorder of the earlier one ends. The page then shows its own snapshots until the person returns to now.
 import { answerFrom, snapshotsOf } from "./past";
 import type { Ack, Command, TextMessage } from "./protocol";
 import type { Snapshot } from "./snapshot";
@@ -65,7 +65,7 @@ export class Earlier {
     return ack(true);
   }
 
-  /** Reads the run when its task has ended, and what comes after it: the next one begins some seconds later. */
+  /** Reads the run when its task has ended, and again as it grows: the next run starts some seconds later. */
   private prepare(): void {
     const { store, reads } = this;
     const { past, hello, newest, timeline } = store;

@@ -17,7 +17,7 @@ export function momentOfUrl(): Moment | null {
   return epoch === undefined || !Number.isInteger(epoch) ? { time_s: time } : { time_s: time, epoch };
 }
 
-/** Keeps the URL and what is shown alike, over reloads and restarts of the monitor. */
+/** Keeps the URL and the moment on the page equal, over reloads and restarts of the monitor. */
 export function followMoment(store: Store): void {
   let run: string | null = null;
   store.on("hello", (hello) => {

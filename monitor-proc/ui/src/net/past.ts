@@ -8,7 +8,7 @@ export interface Span {
   epoch: number | null;
 }
 
-/** What is known of a run whose recorder has ended. */
+/** The snapshots of a run whose recorder has ended. */
 let known: Snapshot[] | null = null;
 
 /** From now on spans are of `snapshots`; of what the monitor records where they are null. */

@@ -31,7 +31,7 @@ export function phaseOf(store: Store): string {
 }
 
 export interface AfterDone {
-  /** What is done, as the task said it; empty where it said nothing. */
+  /** The result, in the words of the task; empty if the task gave none. */
   achieved: string;
   /** Whether it lost its grip since: it works again. */
   isAgain: boolean;

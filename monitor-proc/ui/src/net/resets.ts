@@ -1,5 +1,5 @@
-// A reset of the task begins its states again. What is between, for less than a decision of the task or two, is seen or
-// not: by the times of the resets the lanes of a cell, of its history and of a recording are the same.
+// A reset of the task starts its states again. States during a reset last less than two decisions of the task, and a
+// sample may miss them: cut at the resets, the lanes of a cell, of its history and of a recording are the same.
 import type { Span } from "./protocol";
 
 /** A recording tells its states at so many moments at most, whose distance is not less (s). */
@@ -30,7 +30,7 @@ function isNear(span: Span | undefined, at_s: number, after_s: number): boolean 
   return span !== undefined && span.from_s >= at_s - BEFORE_S && span.from_s <= at_s + after_s;
 }
 
-/** Whether the task names the arm of `lane` after a reset: it names one arm, and where none begins a phase, the one before. */
+/** Whether the task names the arm of `lane` after a reset: it names one, that of the latest phase if no arm starts one. */
 function isNamed(lane: Span[], arms: Span[][], at_s: number, after_s: number): boolean {
   if (arms.some((one) => one.some((span) => span.label !== "" && isNear(span, at_s, after_s)))) return false;
   const begun = (one: Span[]) => Math.max(...one.filter(({ from_s, label }) => from_s < at_s && label !== "").map(({ from_s }) => from_s));

@@ -111,7 +111,7 @@ export function isUnreachable(arm: ArmState): boolean {
   return arm.goalActive && arm.targetValid && arm.positionError > AWAY_M && rests;
 }
 
-/** The snapshots in `bytes`, one behind the other, up to what is none. */
+/** The snapshots in `bytes`, one after the other, up to the first that is not valid. */
 export function decodeAll(bytes: ArrayBuffer): Snapshot[] {
   const all: Snapshot[] = [];
   for (let at = 0; at + HEADER_BYTES <= bytes.byteLength; ) {
@@ -206,7 +206,7 @@ function vec3(view: DataView, at: number): Vec3 {
 function decodeArm(view: DataView, at: number): ArmState {
   const u32 = (word: number) => view.getUint32(at + 4 * word, true);
   const f32 = (word: number) => view.getFloat32(at + 4 * word, true);
-  // Little-endian, as every machine with a browser is. A frame begins at a multiple of four bytes.
+  // Little-endian, as every machine with a browser is. A frame starts at a multiple of four bytes.
   const joints = (word: number) => new Float32Array(view.buffer, view.byteOffset + at + 4 * word, MAX_JOINTS);
   const flags = u32(1);
   return {

@@ -1,12 +1,12 @@
-// The spans of the lanes as they are shown: beside those that were told, that a phase ends with its task, that a task
-// works again after it was done, and what is wrong though the task does not know of it.
+// The spans of the lanes as the page shows them: the spans of the task, with phases that end with their task, with work
+// after the task was done, and with faults that the task does not know of.
 import type { Span } from "./protocol";
 import { withResets } from "./resets";
 import { NOT_REACHED, PICKING_UP, type WrongFrom } from "./wrong";
 
 /** Phases in which an arm waits, and works no more. */
 export const RESTS = /(^|_)(done|failed|rest|home|idle|standby|ready)$/i;
-/** What begins so soon after the end of a task is part of the same decision (s). */
+/** A phase that starts so soon after the end of a task is part of the same decision (s). */
 export const SAME_S = 0.05;
 
 /** Whether a span is of the history that led to now. */
@@ -24,7 +24,7 @@ export interface Told {
 export class ShownSpans {
   private from: unknown[] = [];
   private all: Span[] = [];
-  /** What is added has one identity: its bar is drawn once. */
+  /** An added span keeps its identity, so that its bar is drawn once. */
   private made = new Map<string, Span>();
 
   /**
@@ -108,7 +108,7 @@ function withEnds(lane: Span[], outcome: Span[], add: Add): Span[] {
     const next_s = lane[index + 1]?.from_s ?? Infinity;
     let at_s = span.from_s;
     const work = (to_s: number) => {
-      // What is left of a phase beside its end is no phase.
+      // The short remainder of a phase beside an end is not a phase.
       if (at_s === span.from_s ? to_s > at_s : to_s - at_s > SAME_S) all.push(at_s === span.from_s ? span : add(span, { from_s: at_s }));
     };
     for (const { label, from_s, epoch, to_s } of span.label === "" ? [] : ends) {

@@ -107,11 +107,11 @@ export class Store {
   private readonly shown = new ShownSpans();
   /** Objects that fell out and can be brought again. */
   falls = new Falls();
-  /** The moment of the past that is shown in the place of what is now. */
+  /** The moment of the past that is shown instead of now. */
   past: Past | null = null;
   /** The run of that moment has ended and another one began; `hasTask`: the state of the task is of the moment shown. */
   earlier: { seed: number; hasTask: boolean } | null = null;
-  /** How old what is known of guards and keys is. */
+  /** Ages of the values of guards and keys. */
   readonly ages = new Ages(() => this.snapshot?.time ?? null, this);
   readonly since = new Since();
 

@@ -1,5 +1,5 @@
-// Events that no process tells of, as the states show them: an object that fell out of the cell, a person who pulls an
-// object, a target that is not reached, the end of a task that says nothing of it.
+// Events that no process reports, derived from the states: an object that fell out of the cell, an object pulled by a
+// person, a target that is not reached, the end of a task that logs nothing.
 import { lostOf } from "./lost";
 import { snapshotsOf } from "./past";
 import type { LogLine, Scene } from "./protocol";
@@ -121,7 +121,7 @@ class States {
   }
 }
 
-/** Adds what it sees to the log of `store`, and to the marks of the timeline. */
+/** Adds these events to the log of `store`, and to the marks of the timeline. */
 export class Witness {
   private states: States | null = null;
   private run: string | null = null;

@@ -1,4 +1,4 @@
-// What is wrong for as long as it lasts, though the task does not know of it: bar, badge, lanes and marks use these words.
+// Lasting faults that the task does not know of: bar, badge, lanes and marks use these words.
 import type { LogLine } from "./protocol";
 import type { Store } from "./store";
 

@@ -14,6 +14,6 @@ export function remember(key: string, value: string | null): void {
     if (value === null) localStorage.removeItem(key);
     else localStorage.setItem(key, value);
   } catch {
-    // A browser that keeps nothing starts with what is usual.
+    // A browser without storage starts with the defaults.
   }
 }

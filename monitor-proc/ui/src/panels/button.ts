@@ -12,7 +12,7 @@ export interface ButtonSpec {
   name?: () => string;
   /** Whether it is what can be done next. */
   primary?: () => boolean;
-  /** What it does, in words. */
+  /** Its effect, in words. */
   about: () => string;
   /** The same on the command line, or null where there is nothing like it. */
   twin: () => string | null;

@@ -21,7 +21,7 @@ export function seconds(s: number, digits = 2): string {
   return Number.isFinite(s) ? `${s.toFixed(digits)} s` : "–";
 }
 
-/** Tenths of a second, rounded down: a clock beside it with more digits begins with them. */
+/** Tenths of a second, rounded down: a clock beside it with more digits starts with the same ones. */
 export function tenths(s: number): string {
   return `${(Math.floor(10 * s + 1e-6) / 10).toFixed(1)} s`;
 }

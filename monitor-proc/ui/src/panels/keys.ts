@@ -1,4 +1,4 @@
-// The keyboard: one key for what is done most.
+// The keyboard: one key for each frequent action.
 import type { Actions } from "./actions";
 import type { ButtonSpec } from "./button";
 import type { PanelContext } from "./context";

@@ -22,7 +22,7 @@ export class Pulse {
     if (!this.measures.includes(run)) this.measures.push(run);
   }
 
-  /** Shows what is known now at every place of the page at once, without a wait for the next beat. */
+  /** Updates all visible panels at once, without a wait for the next beat. */
   now(): void {
     this.ask()();
   }

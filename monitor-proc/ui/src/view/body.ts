@@ -108,7 +108,7 @@ export function outline(shape: Shape, colour: number, rim_m = OUTLINE_M): Group 
   return group;
 }
 
-/** Half the height of a shape that stands upright (m). */
+/** Half the height of an upright shape (m). */
 export function halfHeight(shape: Shape): number {
   switch (shape.kind) {
     case "box":

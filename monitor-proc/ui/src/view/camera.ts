@@ -249,7 +249,7 @@ export class Camera {
     if (getHash("cam") === null && !this.following) this.restore();
   }
 
-  /** Stands back along `direction` until the whole cell is in the picture. */
+  /** Moves back along `direction` until the whole cell is in the picture. */
   private fit(direction: Vector3): void {
     const points = this.framed;
     const back = direction.clone().normalize();
@@ -279,7 +279,7 @@ export class Camera {
     this.look(target, target.clone().addScaledVector(back, away));
   }
 
-  /** The whole cell without perspective: what is above or beside what can be read off. */
+  /** The whole cell without perspective, so that alignment of objects can be read off. */
   private fitOrtho(direction: Vector3): void {
     const points = this.framed;
     const back = direction.clone().normalize();

@@ -1,4 +1,4 @@
-// What stands in the cell: robots, objects and furniture of one scene.
+// The cell in 3D: robots, objects and furniture of one scene.
 import { Box3, Group, type Object3D, Vector3 } from "three";
 import type { Scene, Shape, Vec3 } from "../net/protocol";
 import { exampleTargets } from "../net/reach";

@@ -25,7 +25,7 @@ export class Frames {
     if (!document.hidden) this.schedule();
   }
 
-  /** Draws before the browser shows its next frame: what is empty would be seen. */
+  /** Draws before the browser shows its next frame, in which an empty picture would be visible. */
   now(): void {
     this.asked = false;
     this.drawnAt = null;

@@ -50,13 +50,13 @@ export function tableCorners(scene: Scene): Vector3[] {
   return scene.fixtures.filter(isTable).flatMap((fixture) => corners(fixture, [1]));
 }
 
-/** The corners of all else that stands in the cell (m). */
+/** The corners of the solid fixtures other than tables and the floor (m). */
 export function fixtureCorners(scene: Scene): Vector3[] {
   const others = scene.fixtures.filter((one) => one.solid && !isTable(one) && !isFloor(one));
   return others.flatMap((fixture) => corners(fixture, [-1, 1]));
 }
 
-/** Height of the room's floor (m): the cell's own, or so that a table stands on legs. */
+/** Height of the room's floor (m): the cell's own, or low enough for the legs of a table. */
 export function floorHeight(scene: Scene): number {
   const own = scene.fixtures.find(isFloor);
   if (own !== undefined) return own.pose[2] + halfHeight(own.shape);
@@ -86,7 +86,7 @@ function legs(fixture: Fixture, floor: number): Group {
   return group;
 }
 
-/** A plate under an arm that stands on a table or on the floor. */
+/** A plate under an arm on a table or on the floor. */
 export function mountingPlate(base: Vec3): Mesh {
   const plate = new Mesh(cylinder(0.155, 0.008, 0.003, 0.155, 48), material(FRAME));
   return solid(plate, [base[0], base[1], base[2] + 0.0035]);

@@ -1,4 +1,4 @@
-// The cell in 3D: what is drawn, what lies over it, and what the operator can do to it.
+// The 3D view: the picture of the cell, the overlays, and the actions of the operator in it.
 import "./up";
 import "./view.css";
 import { Box3, Vector3 } from "three";
@@ -59,7 +59,7 @@ export class View implements ViewApi {
   private framed = false;
   /** How the last picture was drawn. */
   private used: Level | null = null;
-  /** The newest snapshot moved what is drawn. */
+  /** Whether the newest snapshot moved the picture. */
   private moves = true;
   private readonly rest = new Rest(() => this.mayMove(), () => this.sharpen());
 
@@ -102,7 +102,7 @@ export class View implements ViewApi {
 
   /** A camera preset: 1 the scene's own, 2 top, 3 front, 4 side, 5 at the tool. */
   camera(preset: number): void {
-    // What is dragged would jump to where the pointer is in the other view.
+    // A dragged object would jump to the place of the pointer in the other view.
     if (this.busy) return;
     this.eye.preset(preset, this.tool());
     this.refresh();
@@ -143,7 +143,7 @@ export class View implements ViewApi {
     this.refresh();
   }
 
-  /** Calls `listener` with the name of what is selected, on every change. */
+  /** Calls `listener` with the name of the selection, on every change. */
   onSelect(listener: (name: string | null) => void): () => void {
     return this.selection.onSelect(listener);
   }

@@ -26,9 +26,9 @@ interface Label {
   used: boolean;
   /** Null until it was measured (pixels). */
   size: Size | null;
-  /** It stands beside its point, which it would cover. */
+  /** It is beside its point, which it would cover. */
   beside: boolean;
-  /** Of a text beside its point: what it may not cover at all, and what it covers only where there is no other place. */
+  /** Of a text beside its point: points it never covers, and points it covers only where there is no other place. */
   about: About;
   /** It stays at the border where its point is outside of the picture. */
   kept: boolean;
@@ -37,9 +37,9 @@ interface Label {
 }
 
 export interface About {
-  /** Points around what the text is about. */
+  /** Points around the subject of the text. */
   shape: Vector3[];
-  /** Points along what is near it. */
+  /** Points along links and objects near the subject. */
   near: Vector3[];
 }
 
@@ -53,7 +53,7 @@ const MARK_LIFT_PX = 24;
 const OUTCOME_LIFT_PX = 27;
 /** Between a text and the border of the picture (pixels). */
 const MARGIN_PX = 8;
-/** Between a text and what it may not cover (pixels). */
+/** Between a text and the area it may not cover (pixels). */
 const GAP_PX = 6;
 
 const NOTHING: About = { shape: [], near: [] };
@@ -90,7 +90,7 @@ function around(area: Area, left: number, top: number, size: Size): Area[] {
   ];
 }
 
-/** Left and top of a text that covers nothing of what it is about, and as little as there is room of what is near. */
+/** Left and top of a text that covers nothing of its subject, and as little as possible of the links and objects near it. */
 function beside(at: Pixel, about: About, size: Size, seen: (point: Vector3) => Pixel, width: number, height: number): [number, number] {
   const [shape, near] = [[...about.shape.map(seen), at], about.near.map(seen)];
   const [xs, ys] = [shape.map(({ x }) => x), shape.map(({ y }) => y)];
@@ -134,7 +134,7 @@ export class Labels {
     element.append(this.layer);
   }
 
-  /** Begins a new set: what is not said again goes. */
+  /** Starts a new set: labels that are not shown again are removed. */
   begin(): void {
     for (const label of this.labels.values()) label.used = false;
   }

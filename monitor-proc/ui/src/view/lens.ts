@@ -11,7 +11,7 @@ export function perspective(): PerspectiveCamera {
   return new PerspectiveCamera(FIELD_OF_VIEW_DEG, 1, NEAR_M, FAR_M);
 }
 
-/** Shows what a perspective lens shows at the distance of what it looks at. */
+/** Shows the same section as a perspective lens at the distance of its target. */
 export function orthographic(): OrthographicCamera {
   return new OrthographicCamera(-1, 1, 1, -1, NEAR_M, FAR_M);
 }

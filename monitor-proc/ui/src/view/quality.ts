@@ -51,7 +51,7 @@ export const LEVELS: readonly Level[] = [
   { ...BARE, name: "1/2 resolution", pixels: 0.5 },
 ];
 
-/** Without a graphics card the ladder begins at plain light. */
+/** Without a graphics card the ladder starts at plain light. */
 export const SOFTWARE_LEVEL = 2;
 
 const SLOW_MS = 40;

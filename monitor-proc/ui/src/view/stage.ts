@@ -147,7 +147,7 @@ function contactShade(): Mesh {
   return new Mesh(new PlaneGeometry(1, 1), paint);
 }
 
-/** Where the sun stands: at its usual place, or over the shoulder of who would look into it. */
+/** The side of the sun: its usual one, or over the shoulder of a viewer looking into it. */
 function sunSide(x: number, y: number): [number, number] {
   if (SUN[0] * x + SUN[1] * y >= 0) return SUN;
   const height = Math.hypot(...SUN) / Math.max(Math.hypot(x, y), 1e-6);

@@ -20,13 +20,13 @@ pub(crate) struct Container {
     written: u64,
     is_broken: bool,
     chunk: Chunk,
-    /// What is written next.
+    /// Bytes of the next write.
     buffer: Vec<u8>,
     contents: Contents,
 }
 
 impl Container {
-    /// Begins a file with `profile`, by `library`.
+    /// Starts a file with `profile`, by `library`.
     pub(crate) fn new(
         out: Box<dyn Write + Send>,
         profile: &str,
@@ -105,7 +105,7 @@ impl Container {
         Ok(self.written)
     }
 
-    /// Writes what is in the buffer.
+    /// Writes the buffer.
     fn write(&mut self) -> io::Result<()> {
         if self.is_broken {
             return Err(io::Error::other("it failed before"));

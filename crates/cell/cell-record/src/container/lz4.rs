@@ -24,7 +24,7 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    /// Begins a new frame.
+    /// Starts a new frame.
     pub(super) fn begin(&mut self) {
         self.bytes.clear();
         self.bytes.extend_from_slice(&FRONT);
@@ -46,7 +46,7 @@ impl Frame {
         self.bytes.extend_from_slice(bytes);
     }
 
-    /// Ends it; what it came to.
+    /// Finishes the frame; returns its bytes.
     pub(super) fn end(&mut self) -> &[u8] {
         self.bytes.extend_from_slice(&END);
         &self.bytes

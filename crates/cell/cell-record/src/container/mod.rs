@@ -1,7 +1,7 @@
 //! Writes the container: MCAP, <https://mcap.dev/spec>, as far as recordings need
-//! it. It takes what is already packed, a thousand times a second and more, and
-//! must not be noticed: one copy into the open chunk, blocks compressed without a
-//! second checksum as soon as they are full, one write for each chunk.
+//! it. It takes packed messages, a thousand times a second and more, and has to be
+//! cheap: one copy into the open chunk, blocks compressed without a second checksum
+//! as soon as they are full, one write for each chunk.
 
 mod chunk;
 mod file;

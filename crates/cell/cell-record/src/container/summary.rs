@@ -1,4 +1,4 @@
-//! What stands at the end of a file: what is where.
+//! The summary at the end of a file: schemas, channels, statistics and an index of the chunks.
 
 use mcap::records::op;
 

@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
-/// Buckets of a factor of ten begin at these times a power of ten.
+/// Buckets of a factor of ten start at these times a power of ten.
 const STARTS: [f64; 3] = [1.0, 2.0, 5.0];
-/// Factors of ten that are drawn; what is smaller is in the first bucket.
+/// Factors of ten that are drawn; smaller values are in the first bucket.
 const MOST_DECADES: i32 = 8;
 /// Parts of a character, for the ends of bars.
 const EIGHTHS: [char; 8] = [' ', '▏', '▎', '▍', '▌', '▋', '▊', '▉'];
@@ -28,7 +28,7 @@ pub fn histogram(name: &str, unit: &str, values: &[f64], width: usize) -> String
         "{name}: {} values, p50 {p50:.2} {unit}, p99 {p99:.2} {unit}, max {max:.2} {unit}\n",
         sorted.len()
     );
-    // A logarithm begins above zero: zeros are in the first bucket.
+    // Zero has no logarithm: zeros are in the first bucket.
     let least = sorted.iter().copied().find(|value| *value > 0.0);
     let edges = edges(least.unwrap_or(1.0), *max);
     let bucket = |value: f64| edges.iter().skip(1).filter(|edge| value >= **edge).count();
@@ -61,33 +61,36 @@ fn rank(sorted: &[f64], percent: usize) -> f64 {
     sorted.get(rank).copied().unwrap_or(0.0)
 }
 
-/// Where the buckets from the one of `least` to the one of `max` begin.
+/// Lower edges of the buckets from the one of `least` to the one of `max`.
 fn edges(least: f64, max: f64) -> Vec<f64> {
     let last = if max > 0.0 { start(max) } else { 1.0 };
     let lowest = last * 10.0_f64.powi(-MOST_DECADES);
     let mut edges = vec![start(least.max(lowest))];
+    // Edges carry rounding errors; neighbours differ by a factor of at least 2.
     while let Some(edge) = edges.last().copied().filter(|edge| *edge < last * 0.99) {
         edges.push(next(edge));
     }
     edges
 }
 
-/// Where the bucket of a positive value begins.
+/// Lower edge of the bucket of a positive value.
 fn start(value: f64) -> f64 {
     let power = 10.0_f64.powf(value.log10().floor());
+    // A value at an edge must not fall below it by rounding.
     let fits = |start: &&f64| **start * power <= value * (1.0 + 1.0e-9);
     STARTS.iter().rev().find(fits).unwrap_or(&1.0) * power
 }
 
-/// Where the bucket after the one that begins at `edge` begins.
+/// Lower edge of the bucket after the one at `edge`.
 fn next(edge: f64) -> f64 {
+    // The logarithm of a power of ten may be a little too small.
     let power = 10.0_f64.powf((edge * 1.01).log10().floor());
     let step = (edge / power).round();
     let after = STARTS.iter().find(|start| **start > step);
     after.unwrap_or(&10.0) * power
 }
 
-/// At least a thin line where there is one value: rare ones are what is looked for.
+/// At least a thin line for one value: people look for the rare ones.
 fn bar(count: usize, most: usize, room: usize) -> String {
     let eighths = (count * room * 8).div_ceil(most.max(1));
     let mut bar = "█".repeat(eighths / 8);

@@ -21,7 +21,7 @@ pub const MAX_LINES: usize = 16;
 /// Values over time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Line {
-    /// What it shows.
+    /// Name of the quantity.
     pub name: String,
     /// Time (s) and value; the line is interrupted where a value is not finite.
     pub points: Vec<(f64, f64)>,

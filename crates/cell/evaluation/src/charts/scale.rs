@@ -1,4 +1,4 @@
-//! Where values lie on an axis, and which of them are written at it.
+//! Places of values on an axis, and the values that are marked on it.
 
 /// More digits after the point than this are written as a power of ten.
 const MOST_DIGITS: usize = 6;
@@ -34,11 +34,11 @@ impl Scale {
 
     /// Marked values, from low to high.
     pub(crate) fn marks(&self) -> Vec<f64> {
-        // A mark at an end is one, whatever was lost by dividing.
+        // A mark at an end must not be lost by the rounding of a division.
         let first = (self.low / self.step - 1.0e-9).ceil();
         let last = (self.high / self.step + 1.0e-9).floor();
         let count = (last - first).clamp(-1.0, 100.0) + 1.0;
-        // A zero that is not quite one would be written as `-0`.
+        // Adding 0 makes -0 positive, which would be written as `-0`.
         (0..count as usize)
             .map(|n| (first + n as f64) * self.step + 0.0)
             .collect()

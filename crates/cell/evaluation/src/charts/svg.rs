@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::scale::Scale;
 use super::{Line, MAX_LINES, Panel};
 
-/// As on the page, darker: told apart also by those who see few colours.
+/// As on the page, but darker; colour-blind people can tell them apart.
 const COLOURS: [&str; 8] = [
     "#0b62c4", "#c46a00", "#1b7f4b", "#7b3fb5", "#c9302c", "#0e8a94", "#8a7a00", "#555f6b",
 ];
@@ -180,11 +180,12 @@ fn parts(line: &Line, span: (f64, f64)) -> Vec<Vec<(f64, f64)>> {
     parts
 }
 
-/// Moves what is seen of `bucket` into `part`.
+/// Moves the visible points of `bucket` into `part`.
 fn thin(bucket: &mut Vec<(f64, f64)>, part: &mut Vec<(f64, f64)>) {
     let by_value = |a: &(usize, &(f64, f64)), b: &(usize, &(f64, f64))| a.1.1.total_cmp(&b.1.1);
     let least = bucket.iter().enumerate().min_by(by_value);
     let most = bucket.iter().enumerate().max_by(by_value);
+    // The extremes keep the peaks; the first and the last value join the line to its neighbours.
     let kept = [
         Some(0),
         least.map(|(at, _)| at),

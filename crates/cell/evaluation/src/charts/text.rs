@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::scale::Scale;
 use super::{Line, MAX_LINES, Panel};
 
-/// What the lines of a panel of several are drawn with.
+/// Characters for the lines of a panel with several.
 const GLYPHS: [char; MAX_LINES] = [
     'o', 'x', '+', '*', 'a', 'b', 'c', 'd', 'e', 'f', 'g', 'h', 'i', 'j', 'k', 'l',
 ];
@@ -80,10 +80,11 @@ fn place(share: f64, count: usize) -> usize {
     (share * last).round().clamp(0.0, last) as usize
 }
 
-/// Which lines pass through each place, a bit for each.
+/// The lines that pass through each place, a bit for each.
 struct Grid {
     columns: usize,
     rows: usize,
+    // 16 bits, as `MAX_LINES` is 16.
     passed: Vec<u16>,
 }
 
@@ -113,6 +114,7 @@ impl Grid {
                 place(axes.0.share(at), self.columns),
                 row(axes.1.share(value), self.rows),
             );
+            // Many samples of a recording fall on one place, which is drawn once.
             if before != Some(to) {
                 self.segment(before.unwrap_or(to), to, bit);
             }
@@ -145,7 +147,8 @@ fn braille(
     for line in panel.lines.iter().take(1) {
         grid.draw(line, 1, span, axes);
     }
-    // Bits of the dots, by row and column.
+    // Bits of the dots, by row and column. Unicode numbers the upper three rows by column, and
+    // the lowest row, a later addition, after them.
     let bits = [[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]];
     let character = |column: usize, row: usize| {
         let mut code = 0x2800_u32;
@@ -156,6 +159,7 @@ fn braille(
                 }
             }
         }
+        // The empty pattern is no white space: `trim_end` would keep it at the end of a line.
         if code == 0x2800 {
             ' '
         } else {

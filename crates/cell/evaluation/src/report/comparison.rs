@@ -81,6 +81,7 @@ pub(super) fn compare(first: &[Short], second: &[Short]) -> Comparison {
         let (all, done, _) = success(rows.iter());
         (done, all)
     };
+    // The same seed is the same scene: pairs need fewer episodes than samples to show a difference.
     let (difference, p) = if all > 0 {
         let difference = (second_only as f64 - first_only as f64) / all as f64;
         (difference, mcnemar(first_only, second_only))

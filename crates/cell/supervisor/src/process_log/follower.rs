@@ -1,4 +1,4 @@
-//! Reads a log from the first line that is kept on, and what is added to it.
+//! Reads a log from its first kept line, and then the lines that are added.
 
 use std::fs::File;
 use std::io;
@@ -22,7 +22,7 @@ impl Follower {
         })
     }
 
-    /// Appends what is new to `out`.
+    /// Appends the new lines to `out`.
     pub fn read(&mut self, out: &mut Vec<u8>) -> io::Result<()> {
         if self.file.metadata()?.len() < self.position {
             // A file system without holes: the log began again.

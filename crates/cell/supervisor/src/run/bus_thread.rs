@@ -52,6 +52,7 @@ impl BusThread {
         let (shared, processes) = (Arc::clone(&news), processes.to_vec());
         let work = move || match Ports::open(&site, run, &processes) {
             Ok(ports) => {
+                // The main thread may have given up; `serve` then finds no sender and ends.
                 opened.send(Ok(())).ok();
                 ports.serve(&shared, &to_do);
             }
@@ -91,8 +92,8 @@ impl BusThread {
         now_ns.saturating_sub(self.heard_ns)
     }
 
-    /// Asks physics; the answer is in the news. One request at a time: what is not
-    /// taken now is asked again by the caller that needs it.
+    /// Sends a request to physics; the answer is in the news. One request at a time: one that
+    /// is dropped now is repeated by the caller that needs it.
     pub(super) fn ask(&mut self, action: OperatorAction, count: u32) {
         if !self.asking
             && let Some(requests) = &self.requests
@@ -109,6 +110,7 @@ impl Drop for BusThread {
             return;
         };
         let begin = Instant::now();
+        // `join` has no limit, and the thread may wait for damaged shared memory without one.
         while !thread.is_finished() {
             if begin.elapsed() > CLOSE_LIMIT {
                 say::warn("the launcher's ports on the bus do not close; their files are removed");
@@ -199,6 +201,7 @@ impl Ports {
         let mut request = OperatorRequest::zeroed();
         request.action = action.code();
         request.count = count;
+        // All zeros is not a rotation and would be refused.
         request.pose = ipc_types::Pose::IDENTITY;
         self.operator.request(request, OPERATOR_PATIENCE).is_ok()
     }

@@ -46,7 +46,7 @@ impl Faults {
         }
     }
 
-    /// What is due at `now` (ns), with physics waiting at script line `line`
+    /// Steps that are due at `now` (ns), with physics waiting at script line `line`
     /// (0: none); `generation` says which start of a process runs, if any.
     pub(crate) fn poll(
         &mut self,
@@ -91,7 +91,8 @@ impl Faults {
         if self.pause.is_some_and(is_paused) {
             return;
         }
-        // A new physics comes by its lines again; what happened, happened.
+        // A physics that resumes from an earlier state waits at the same line again; its effect
+        // must not be repeated.
         if self.acted.contains(&line) {
             steps.push(FaultStep::Tell(line));
             return;
@@ -107,6 +108,7 @@ impl Faults {
                 self.end(line, &process, generation, steps, restart);
             }
             Some(ScriptAction::Pause { for_s: Some(for_s) }) => {
+                // By the clock of the launcher: no simulated time passes in a pause.
                 self.pause = Some((line, now + nanos(for_s)));
             }
             Some(ScriptAction::Stop { process, for_s }) => {

@@ -32,7 +32,7 @@ const DRAFTS: usize = 8;
 /// How long the end of a run waits for a disk.
 const WRITE_LIMIT: Duration = Duration::from_secs(2);
 
-/// Keeps the incidents of one run. What is slow is done by a thread of its own.
+/// Keeps the incidents of one run. Slow work is done by a thread of its own.
 pub(super) struct IncidentRecorder {
     dir: RunDir,
     processes: Vec<Process>,
@@ -129,6 +129,7 @@ impl IncidentRecorder {
         if !open.about.contains(&process) {
             open.about.push(process);
         }
+        // Written now and when it is complete: a successor replaces the state file.
         let state_file = match process {
             Process::Task => Some("task.slots"),
             Process::Physics => Some("physics.state"),
@@ -180,6 +181,7 @@ impl IncidentRecorder {
                 continue;
             };
             let generation = health.header.generation;
+            // A successor counts its events from 0.
             let known = if self.reported[index].0 == generation {
                 self.reported[index].1
             } else {
@@ -205,7 +207,7 @@ impl IncidentRecorder {
         }
     }
 
-    /// The run ends: what is open is written, if the disk takes it in time.
+    /// The run ends: an open incident is written, if the disk takes it in time.
     pub(super) fn end(mut self) {
         if self.open.is_some() {
             self.complete();
@@ -223,7 +225,7 @@ impl IncidentRecorder {
         self.open = None;
     }
 
-    /// Hands what is there now to the writer.
+    /// Hands the incident, as it is now, to the writer.
     fn write(&mut self, files: Vec<(&'static str, Vec<u8>)>) {
         let Some(open) = &self.open else {
             return;

@@ -73,6 +73,7 @@ impl LiveCell {
         let processes = Process::all(plan.spec.arms);
         let programs = Programs::of(&plan.spec);
         for process in &processes {
+            // Before the run directory is made: a missing program must leave nothing behind.
             programs.path(*process)?;
         }
         install_stop_handler().cannot("listen to signals")?;
@@ -199,6 +200,7 @@ impl LiveCell {
         match stop_count() {
             0 => {}
             1 => self.finish_with(now, End::Stopped(None)),
+            // A second signal: the orderly stop takes too long for the person.
             _ => self.cell.abort(now),
         }
         self.cell.act(now);

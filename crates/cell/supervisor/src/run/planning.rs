@@ -68,7 +68,7 @@ impl Planning {
         Some(planned)
     }
 
-    /// Whether the last plan was made for a client, who is told of a failure.
+    /// Whether the last plan was made for a client, which gets the reason of a failure.
     pub(super) fn is_for_client(&self) -> bool {
         self.is_for_client
     }

@@ -19,7 +19,7 @@ pub(super) struct RecordWatch {
 }
 
 impl RecordWatch {
-    /// Says what is new and wrong.
+    /// Warns of a new error of the recorder.
     pub(super) fn turn(&mut self, now_ns: u64, dir: &RunDir) {
         if now_ns < self.next_ns {
             return;
@@ -28,7 +28,7 @@ impl RecordWatch {
         self.say(dir.record_report().and_then(|report| report.error));
     }
 
-    /// After the recorder ended: says what is wrong, also of a run without a summary, and adds
+    /// After the recorder ended: warns of its error, also in a run without a summary, and adds
     /// the report to the summary.
     pub(super) fn end(
         &mut self,
@@ -62,7 +62,7 @@ impl RecordWatch {
     }
 }
 
-/// What is wrong with a file that the recorder did not close.
+/// The error of a file that the recorder did not close.
 fn unfinished(file: &Path) -> String {
     let show = file.display();
     if file.exists() {

@@ -12,9 +12,9 @@
 //!   is of the normal class and starves: then what that thread could not do counts. So does
 //!   one that was asked to end and waits for its threads, such as the recorder, which writes
 //!   the index of its file.
-//! - What this thread did not look at counts for nobody. The run directory on a slow disk
-//!   holds the launcher and physics at once: when both work again, the process sleeps
-//!   until its next cycle, and its sign of life is a few milliseconds away.
+//! - Time in which this thread did not look does not count against any process. The run
+//!   directory on a slow disk holds the launcher and physics at once: when both work again,
+//!   the process sleeps until its next cycle, and its sign of life is a few milliseconds away.
 
 use cell_model::runs::incident::STARVED;
 use cell_rt::process::Share;
@@ -25,7 +25,7 @@ use crate::supervision::Event;
 
 /// A process that has been silent for this long is looked at in every turn (ns).
 const SILENT_NS: u64 = 20_000_000;
-/// Otherwise so much time lies between two looks (ns).
+/// Time between two looks at the other processes (ns).
 const PERIOD_NS: u64 = 50_000_000;
 /// Of the time between two turns so much counts as looked at (ns); it is 5 ms where the
 /// launcher is not delayed.

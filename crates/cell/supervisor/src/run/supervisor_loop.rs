@@ -113,6 +113,7 @@ impl<M: Machine> SupervisorLoop<M> {
         let silence_ns = self.supervisor.longest_silence();
         self.machine
             .remove_half_made(now, !ended.is_empty(), silence_ns);
+        // Before the exits: one for lack of room is not a crash.
         self.look_for_room(now);
         for (process, generation, exit) in ended {
             self.tell(
@@ -125,6 +126,7 @@ impl<M: Machine> SupervisorLoop<M> {
             );
         }
         self.listen(now);
+        // After `listen`, which adds to the silence: starvation counts up to that only.
         self.look_for_starvation(now);
         self.machine.note(now, &self.watch);
         self.look_for_the_end(now);

@@ -87,7 +87,7 @@ impl Watch {
         }
     }
 
-    /// Takes what is new; what it says of the processes becomes events.
+    /// Takes new messages; those of the processes become events.
     pub(super) fn take(&mut self, news: News) -> Vec<Event> {
         self.state = news.state.or(self.state.take());
         self.decision = news.decision.or(self.decision.take());
@@ -160,6 +160,7 @@ impl Watch {
 
 impl Pulse {
     fn take(&mut self, health: Box<Health>) -> Event {
+        // A successor counts its missed cycles from 0.
         if health.header.generation != self.generation {
             self.generation = health.header.generation;
             self.missed_before += self.missed;

@@ -27,6 +27,7 @@ fn named() -> Option<PathBuf> {
 }
 
 fn default_base() -> PathBuf {
+    // Only in memory: a journal commit of a disk would hold the launcher and physics at once.
     if let Some(dir) = std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from)
         && dir.is_absolute()
         && is_tmpfs(&dir).unwrap_or(false)

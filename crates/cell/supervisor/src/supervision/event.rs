@@ -1,4 +1,4 @@
-//! What the supervisor is told and what it asks for.
+//! Events and actions: input and output of the supervisor.
 
 use ipc_types::topic::Process;
 
@@ -27,7 +27,7 @@ pub enum Exit {
 pub enum Event {
     /// A health message arrived.
     Health {
-        /// Who sent it.
+        /// The sender.
         process: Process,
         /// Which start of it.
         generation: u32,
@@ -36,8 +36,8 @@ pub enum Event {
         /// Whether it has real-time scheduling.
         fifo: bool,
     },
-    /// The processes were listened to for so long since the last time; who said
-    /// nothing was silent.
+    /// Time in which messages of the processes were received since the last such event. A
+    /// process without a message was silent for all of it.
     Listened {
         /// Nanoseconds.
         ns: u64,
@@ -150,7 +150,7 @@ pub enum Action {
         process: Process,
         /// Why, in words.
         reason: String,
-        /// It never worked, and said that what it was given cannot be used.
+        /// It never worked, and reported that its inputs cannot be used.
         refused: bool,
     },
 }

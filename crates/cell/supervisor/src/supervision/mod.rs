@@ -17,7 +17,7 @@ use slot::{Lifecycle, MAX_HUNG_STARTS, Slot};
 /// Nanoseconds in a millisecond.
 pub(crate) const MS: u64 = 1_000_000;
 
-/// How the cell as a whole stands.
+/// State of the cell as a whole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Phase {
     /// Keeping every process up.
@@ -167,7 +167,7 @@ impl Supervisor {
         }
     }
 
-    /// What is due at `now`.
+    /// The actions that are due at `now`.
     pub fn poll(&mut self, now: u64, out: &mut Vec<Action>) {
         match self.phase {
             Phase::Keeping => self.keep(now, out),
@@ -209,6 +209,7 @@ impl Supervisor {
         };
         match phase {
             Phase::Keeping if slot.never_works() && !left_bus => {
+                // It has ended: `leave_bus` must not kill it and then wait for its end.
                 slot.state = Lifecycle::NotStarted;
                 let name = process.name();
                 let reason = format!("{name} gave no sign of life in {MAX_HUNG_STARTS} starts");
@@ -228,6 +229,7 @@ impl Supervisor {
         out.push(Action::LeaveBus {
             reason: reason.to_owned(),
         });
+        // Not SIGTERM: a process that waits in damaged shared memory does not react to it.
         self.slots
             .iter_mut()
             .filter(|slot| slot.runs())
@@ -264,7 +266,7 @@ impl Supervisor {
         }
     }
 
-    /// Starts what is due, in order, and looks for hangs.
+    /// Starts processes that are due, in order, and looks for hangs.
     fn keep(&mut self, now: u64, out: &mut Vec<Action>) {
         let mut may_start = self.has_room;
         for slot in &mut self.slots {

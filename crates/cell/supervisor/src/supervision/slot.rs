@@ -124,8 +124,10 @@ impl Slot {
     }
 
     pub(super) fn starved(&mut self, ns: u64) {
+        // A look may reach back to before the last sign of life; only silence can be excused.
         self.starved_ns = (self.starved_ns + ns).min(self.silent_ns);
         if let Lifecycle::Leaving(until) = &mut self.state {
+            // Without a core the recorder was killed before it had written the index of its file.
             let extra = ns.min(self.extra_grace);
             self.extra_grace -= extra;
             *until += extra;
@@ -185,7 +187,7 @@ impl Slot {
         self.hung_starts >= MAX_HUNG_STARTS && self.process != Process::Monitor
     }
 
-    /// As before its first start, but for its generation: what it kept is resumed.
+    /// Resets all but the generation: the next start resumes from the kept state.
     pub(super) fn begin_again(&mut self) {
         *self = Self {
             generation: self.generation,
@@ -237,6 +239,7 @@ impl Slot {
             }
             return;
         }
+        // On a busy machine a killed process ends late; it must not be reported as one that hangs.
         if !rules.watchdog || self.dying {
             return;
         }

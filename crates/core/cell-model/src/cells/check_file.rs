@@ -229,6 +229,7 @@ impl Checker<'_> {
 
     fn object(&self, key: &str, object: &ObjectTable) -> Result<(), ModelError> {
         let count = object.count.map_or(1.0, f64::from);
+        // The names of a series have at most three digits.
         self.number(&format!("{key}.count"), count, 1.0, 999.0)?;
         self.position(&format!("{key}.pitch_m"), &object.pitch_m)?;
         self.shape(&format!("{key}.shape"), &object.shape)?;
@@ -239,6 +240,7 @@ impl Checker<'_> {
         self.number(&format!("{key}.angular_damping"), damping, 0.0, 100.0)?;
         self.number(&format!("{key}.mass_kg"), object.mass_kg, 1.0e-3, 100.0)?;
         self.number(&format!("{key}.friction"), object.friction, 0.0, 5.0)?;
+        // A larger spread would let a seed make the friction negative.
         self.number(
             &format!("{key}.friction_spread"),
             object.friction_spread,

@@ -160,6 +160,7 @@ impl ScriptAction {
 
     /// Its name in a script.
     pub fn name(&self) -> String {
+        // By serde, so that messages cannot name an action otherwise than a script does.
         let value = serde_json::to_value(self).unwrap_or_default();
         value["do"].as_str().unwrap_or_default().to_owned()
     }

@@ -65,6 +65,7 @@ impl Loader<'_> {
             None => None,
         };
         let tcp_frame = self.frame("tcp_frame", &self.table.tcp_frame)?;
+        // After `gripper`, which sets the home of the fingers.
         let home: Vec<f64> = joints.iter().map(|spec| spec.home).collect();
         Ok(Robot {
             rmpflow: Robot::general_tuning(&self.urdf.chain, &arm_joints)?,

@@ -188,6 +188,8 @@ impl Robot {
         let time = |(spec, effect): (&crate::JointSpec, &Effect)| {
             let way = LEAST_WAY / effect.gain;
             let by_velocity = way / spec.velocity;
+            // From rest a way is a t^2 / 2 at a constant acceleration, and j t^3 / 6 at a constant
+            // jerk.
             let by_acceleration = (2.0 * way / spec.acceleration.min(most)).sqrt();
             // The slowest of the three limits decides: each of them alone allows the motion in
             // its time.

@@ -88,6 +88,7 @@ pub fn parse(file: &str, text: &str) -> Result<UrdfRobot, ModelError> {
     urdf_scan::scan(file, text)?;
     let cleaned = urdf_clean::clean(file, text)?;
     let robot = urdf_rs::read_from_string(&cleaned.text).map_err(|error| ModelError::Syntax {
+        // Without a line: that of the cleaned text is not one of the file.
         place: Location::file(file),
         message: format!("no URDF: {error}"),
     })?;

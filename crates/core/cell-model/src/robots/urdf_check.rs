@@ -138,6 +138,7 @@ impl Checker<'_> {
             .filter(|link| !parent_joint.contains_key(link))
             .collect();
         match roots.as_slice() {
+            // One root does not exclude a cycle beside its tree.
             [root] => self.reached(robot, root),
             [] => Err(self.refuse(
                 "root link",
@@ -217,6 +218,7 @@ impl Checker<'_> {
     fn inertia(&self, owner: &str, link: &Link) -> Result<(), ModelError> {
         let i = &link.inertial.inertia;
         let key = "inertia";
+        // Not whether it is positive: `urdf_clean` has replaced one that is not.
         self.finite(
             owner,
             key,
@@ -279,6 +281,7 @@ impl Checker<'_> {
     fn limit(&self, owner: &str, joint: &Joint) -> Result<(), ModelError> {
         let limit = &joint.limit;
         let continuous = joint.joint_type == JointType::Continuous;
+        // 0 is allowed: it means no limit, and `plain_specs` takes a default.
         for (key, value) in [("effort", limit.effort), ("velocity", limit.velocity)] {
             if !(0.0..=MAX_QUANTITY).contains(&value) {
                 return Err(self.refuse(

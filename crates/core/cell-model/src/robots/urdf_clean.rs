@@ -172,6 +172,7 @@ impl Cleaner<'_, '_> {
         let keys = ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"];
         let mut inertia = keys.map(|key| value("inertia", key));
         if !is_positive(&inertia) {
+            // A negative mass is refused later, with its number.
             let ball = 0.4 * mass.max(0.0) * BALL_M * BALL_M;
             self.warn(
                 inertial,

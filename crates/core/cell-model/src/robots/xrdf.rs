@@ -174,6 +174,7 @@ impl Reader<'_> {
         low: f64,
         high: f64,
     ) -> Result<(), ModelError> {
+        // `contains` refuses NaN as well, which YAML can write.
         if (low..=high).contains(&value) {
             return Ok(());
         }
@@ -248,6 +249,7 @@ impl Reader<'_> {
                     -1.0,
                     10.0,
                 )?;
+                // A negative buffer may be larger than the radius.
                 sphere.radius = (sphere.radius + buffer).max(0.0);
             }
         }

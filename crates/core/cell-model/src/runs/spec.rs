@@ -246,6 +246,7 @@ impl RunSpec {
             Cell::load_with(data, &self.demo, self.seed, self.robot.as_ref(), &self.set)?;
         self.bins.map_or(Ok(()), |bins| cell.limit_bins(bins))?;
         for (arm, fci) in cell.arms.iter_mut().zip(&self.fci) {
+            // Client programs command this arm, whichever controller the cell file names.
             if fci.is_some() {
                 arm.controller = Some(CLIENT_CONTROLLER.to_owned());
             }

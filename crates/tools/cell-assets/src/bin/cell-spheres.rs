@@ -39,6 +39,7 @@ fn run(cli: Cli) -> Result<(), SphereError> {
         tip: cli.tip,
         ..RobotFiles::default()
     };
+    // A `config.json` names an XRDF as well, which the new one replaces.
     let files = RobotFiles {
         xrdf: None,
         rmpflow: None,

@@ -6,7 +6,7 @@ use roxmltree::Node;
 
 use super::{Child, Result, geometry};
 
-/// For what has no colour, sRGB.
+/// Colour of a material that has none, sRGB.
 const GREY: [f32; 3] = [0.6, 0.6, 0.6];
 
 /// Materials bound at one instance of a geometry.

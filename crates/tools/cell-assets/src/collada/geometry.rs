@@ -55,6 +55,7 @@ pub(super) fn pieces(
     for primitive in mesh.children().filter(Node::is_element) {
         match primitive.tag_name().name() {
             "triangles" | "polylist" => pieces.extend(piece(primitive, ids)?),
+            // Without them the surface would have holes, and no message would say so.
             name @ ("polygons" | "tristrips" | "trifans") => {
                 return Err(format!("line {}: {name} is not supported", line(primitive)));
             }
@@ -75,6 +76,7 @@ fn piece(primitive: Node<'_, '_>, ids: &HashMap<&str, Node<'_, '_>>) -> Result<O
     let all = integers(indices)?;
     let corners = all.chunks_exact(stride).filter_map(|c| c.get(offset));
     let corners: Vec<u32> = corners.map(|corner| as_index(*corner)).collect();
+    // An index above 32 bits was saturated and is refused here as well.
     if let Some(far) = corners.iter().find(|c| **c as usize >= positions.len()) {
         let (line, count) = (line(indices), positions.len());
         return Err(format!("line {line}: point {far}, there are {count}"));
@@ -103,6 +105,7 @@ fn layout<'a>(primitive: Node<'a, '_>) -> Result<(usize, usize, &'a str)> {
     let mut vertex = None;
     for input in primitive.children().filter(|n| n.has_tag_name_any("input")) {
         let text = input.attribute("offset").unwrap_or("0");
+        // Of 8 bits, so that `offset + 1` below cannot overflow.
         let offset: u8 = text.parse().map_err(|_| {
             format!(
                 "line {}: offset=\"{text}\", allowed are 0 to 255",

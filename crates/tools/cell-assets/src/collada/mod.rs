@@ -26,7 +26,7 @@ type Result<T> = std::result::Result<T, String>;
 ///
 /// # Errors
 ///
-/// When the text is no COLLADA, is not Z up, or refers to what is not there;
+/// When the text is not COLLADA, is not Z up, or refers to a missing element;
 /// `file` is named in the error.
 pub fn read(file: &str, text: &str) -> std::result::Result<Vec<ColourMesh>, AssetError> {
     read_up(file, text, Up::Z)
@@ -74,6 +74,7 @@ fn read_document(text: &str, up: Up) -> Result<Vec<ColourMesh>> {
     let unit = check_asset(root, up)?;
     let scene = reader.visual_scene(root)?;
     reader.children(scene, Transform::scaling(unit), 0)?;
+    // By colour, not in the order of a hash map: the same file has to give the same bytes.
     Ok(reader.meshes.into_values().collect())
 }
 
@@ -132,6 +133,8 @@ impl<'a, 'input> Reader<'a, 'input> {
     }
 
     fn children(&mut self, of: Node<'a, 'input>, at: Transform, depth: usize) -> Result<()> {
+        // This function calls itself: a deeper file could overflow the stack, which ends the
+        // process.
         if depth > DEPTH_LIMIT {
             return Err(format!("nodes nest deeper than {DEPTH_LIMIT}"));
         }
@@ -142,6 +145,7 @@ impl<'a, 'input> Reader<'a, 'input> {
                     self.children(node, own, depth + 1)?;
                 }
                 "instance_geometry" => self.instance(node, &at)?,
+                // Without them parts of the mesh would be missing, and no message would say so.
                 "instance_node" | "instance_controller" => {
                     let (name, line) = (node.tag_name().name(), geometry::line(node));
                     return Err(format!("line {line}: {name} is not supported"));

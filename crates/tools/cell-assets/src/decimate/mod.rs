@@ -35,6 +35,8 @@ pub fn decimate(mesh: &ColourMesh, share: f64, least: usize) -> ColourMesh {
             break;
         };
         let Collapse { a, b, at, .. } = collapse;
+        // The heap cannot change an entry: each edge of a moved point is pushed again, and the ages
+        // of the points mark the older entries.
         if collapse.is_stale(&surface) || !surface.allows(a, b, at) {
             continue;
         }

@@ -56,6 +56,7 @@ impl Quadric {
         let (yz, zx, xy) = (cross(y, z), cross(z, x), cross(x, y));
         let determinant = dot(x, yz);
         let trace = self.a[0] + self.a[3] + self.a[5];
+        // Negated, so that NaN counts as flat.
         if !(determinant.abs() > FLAT * trace * trace * trace) {
             return None;
         }

@@ -139,6 +139,8 @@ impl Surface {
         let common = around_a.iter().filter(|p| around_b.contains(p)).count();
         // Without a and b themselves.
         let ring = around_a.len() + around_b.len() - common - 2;
+        // The link condition: with more common neighbours than triangles the collapse would join
+        // two sheets; without other neighbours it would flatten a tetrahedron or remove a triangle.
         if common != shared || ring <= shared {
             return false;
         }
@@ -214,5 +216,6 @@ fn is_sliver(area_normal: Vec3, [a, b, c]: [Vec3; 3]) -> bool {
     let longest = square(sub(a, b))
         .max(square(sub(b, c)))
         .max(square(sub(c, a)));
+    // Negated, so that NaN counts as a sliver.
     !(length(area_normal) > SLIVER * longest)
 }

@@ -43,7 +43,7 @@ pub enum SphereError {
         line: u32,
         /// The link.
         link: String,
-        /// The reason, with what is allowed.
+        /// The reason, with the allowed values.
         reason: String,
     },
     /// No link has geometry.

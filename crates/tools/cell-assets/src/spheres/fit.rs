@@ -39,12 +39,15 @@ pub(crate) fn fit(surface: &Surface, rules: Rules) -> Fit {
     let spacing = (surface.area() / SAMPLES).sqrt().max(LEAST_SPACING_M);
     let inside = Inside::new(surface);
     let mut samples = surface.samples(spacing);
+    // Inner walls cannot be touched. With them the spheres of the UR10's upper arm reached 61 mm
+    // out of it, without them 46 mm (ADR 0022).
     samples.retain(|sample| inside.is_outer(sample));
     let candidates = candidates(&inside, &samples);
     let mut margin = rules.margin;
     loop {
-        // Radii grow for what is between the samples.
         let most = rules.most.max(1);
+        // Less than the margin: radii grow afterwards, to cover the surface between the samples. At
+        // least half of it: with a coarse spacing nothing would be left.
         let reach = (margin - 0.5 * spacing).max(0.5 * margin);
         let spheres = cover(&samples, &candidates, reach, most);
         let covers = |sample: &Point3<f64>| {
@@ -64,7 +67,7 @@ pub(crate) fn fit(surface: &Surface, rules: Rules) -> Fit {
     }
 }
 
-/// By how much radii have to grow until all of the surface is covered (m): what is between two
+/// By how much radii have to grow until all of the surface is covered (m): a point between two
 /// samples may be outside of the spheres of both.
 fn growth(surface: &Surface, inside: &Inside, spheres: &[(Point3<f64>, f64)], spacing: f64) -> f64 {
     let gap = |point: &Point3<f64>| {
@@ -91,6 +94,7 @@ fn candidates(inside: &Inside, samples: &[Point3<f64>]) -> Vec<(Point3<f64>, f64
     };
     let centres = inside.centres();
     let within = thinned(&centres, CANDIDATES).map(|point| (*point, depth(point)));
+    // A plate thinner than a cell has no inside, so points of its surface are its only centres.
     let on = thinned(samples, CANDIDATES).map(|point| (*point, 0.0));
     within.chain(on).collect()
 }

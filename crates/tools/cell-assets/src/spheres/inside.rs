@@ -1,4 +1,4 @@
-//! What is inside of a surface, which may be open and may have more surfaces within.
+//! The inside of a surface, which may be open and may have more surfaces within.
 
 use std::collections::BTreeSet;
 
@@ -27,6 +27,7 @@ impl Inside {
     pub(crate) fn new(surface: &Surface) -> Self {
         let points = surface.points.iter();
         let points: Vec<Vector> = points.map(|p| Vector::new(p.x, p.y, p.z)).collect();
+        // Not parry's flood fill, which finds no inside of a tube with open ends (ADR 0022).
         let kind = FillMode::SurfaceOnly;
         let voxels = VoxelSet::voxelize(&points, &surface.triangles, CELLS, kind, false);
         let walls: BTreeSet<Cell> = voxels

@@ -14,9 +14,9 @@ use crate::spheres::{mesh, name_of};
 
 /// Corners around a round primitive.
 const ROUND: u32 = 24;
-/// What is larger is no link of an arm (m).
+/// Largest coordinate of a link (m): larger geometry is in another unit.
 const MAX_EXTENT_M: f64 = 20.0;
-/// What is smaller than this in all directions is a point, not a part of a link (m).
+/// Geometry smaller than this in all directions is a point, not a part of a link (m).
 const MIN_EXTENT_M: f64 = 1.0e-4;
 
 /// One link with geometry.
@@ -230,6 +230,7 @@ impl Reader<'_, '_> {
     }
 
     fn number(&self, node: Node<'_, '_>, key: &str, text: &str) -> Result<f64, SphereError> {
+        // NaN and infinity, which `parse` accepts, fail the comparison.
         let number = text.trim().parse().ok().filter(|x: &f64| x.abs() < 1e6);
         number.ok_or_else(|| self.refuse(node, format!("{key}=\"{text}\": a number is needed")))
     }

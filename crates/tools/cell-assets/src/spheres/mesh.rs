@@ -33,7 +33,8 @@ pub(crate) fn read(path: &Path) -> Result<Surface, String> {
     Ok(surface)
 }
 
-/// A binary STL may begin with the word that text begins with; its length tells.
+/// Blanks the start of a binary STL, which may be `solid`, the first word of an STL in text. The
+/// number of triangles and the length of the file distinguish the two.
 fn unambiguous(mut stl: Vec<u8>) -> Vec<u8> {
     let count = stl.get(80..84).and_then(|bytes| bytes.try_into().ok());
     let length = count.map(|count| 84 + 50 * u64::from(u32::from_le_bytes(count)));
@@ -87,6 +88,7 @@ fn check(surface: &Surface) -> Result<(), String> {
         ));
     }
     let points = surface.points.len();
+    // `Surface::corners` indexes with these numbers.
     let corners = surface.triangles.iter().flatten();
     match corners
         .into_iter()

@@ -45,12 +45,14 @@ impl Packages {
         let Some(within) = within else {
             return vec![dir.join(uri)];
         };
+        // `join` would take an absolute path in place of the folder.
         let within = within.trim_start_matches('/');
         let (name, rest) = within.split_once('/').unwrap_or((within, ""));
         if let Some((_, folder)) = self.named.iter().find(|(known, _)| known == name) {
             return vec![folder.join(rest)];
         }
-        // The URDF is within the package, or beside it, but for those who copied it.
+        // Folders above the URDF first: mostly it is within the package or beside it. The path is
+        // made absolute, because the ancestors of a relative one end at the current directory.
         let dir = std::path::absolute(dir).unwrap_or_else(|_| dir.to_owned());
         let above = dir.ancestors().take(6).flat_map(|above| {
             let is_package = above.file_name().is_some_and(|own| own == name);

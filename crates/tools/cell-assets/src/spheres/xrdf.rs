@@ -94,7 +94,8 @@ fn write_spheres(out: &mut String, links: &[&FittedLink]) -> std::fmt::Result {
     for link in links {
         writeln!(out, "      {}:", quoted(&link.name))?;
         for (center, radius) in &link.fit.spheres {
-            // A tenth of a millimetre; a radius is rounded up.
+            // In steps of 0.1 mm. A radius is rounded up, so that no point becomes uncovered; the
+            // addition of 0 turns -0 into 0.
             let [x, y, z] = [center.x, center.y, center.z].map(|x| (x * 1e4).round() / 1e4 + 0.0);
             let radius = (radius * 1e4).ceil() / 1e4;
             writeln!(
@@ -111,6 +112,7 @@ fn quoted(name: &str) -> String {
     let is_plain = name
         .chars()
         .all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.'));
+    // YAML 1.1 reads these words as booleans and null.
     let is_word = name.starts_with(|c: char| c.is_ascii_alphabetic())
         && !["true", "false", "null", "yes", "no", "on", "off", "y", "n"]
             .contains(&name.to_ascii_lowercase().as_str());

@@ -1,4 +1,4 @@
-//! What a person reads who has no meshes, or the wrong file.
+//! The messages for a user without meshes, or with a wrong file.
 
 use std::path::Path;
 use std::process::{Command, Output};

@@ -39,7 +39,7 @@ fn tube() -> Vec<[[f64; 3]; 3]> {
 #[expect(clippy::cast_possible_truncation, reason = "the format has 32 bits")]
 fn binary_stl(triangles: &[[[f64; 3]; 3]], scale: f64) -> Vec<u8> {
     let mut bytes = vec![b' '; 80];
-    // A word that text begins with, as some programs write it.
+    // The first word of an STL in text, which some programs write into binary files.
     bytes[..5].copy_from_slice(b"solid");
     bytes.extend(u32::try_from(triangles.len()).unwrap().to_le_bytes());
     for triangle in triangles {

@@ -1,4 +1,4 @@
-//! What a data set says about itself: `meta`.
+//! The description of a data set: `meta`.
 
 use std::path::Path;
 
@@ -107,6 +107,7 @@ fn camera(common: &Common, width: u32, height: u32) -> Value {
             "video.height": height,
             "video.width": width,
             "video.codec": "h264",
+            // libx264rgb stores its planes in this order; yuv420p would lose colour.
             "video.pix_fmt": "gbrp",
             "video.fps": common.rate_hz,
             "video.channels": 3,
@@ -160,10 +161,12 @@ fn episode_columns(common: &Common, tasks: &[String], episodes: &[Written]) -> V
         }),
         whole("data/chunk_index", &|one| one.data.chunk),
         whole("data/file_index", &|one| one.data.file),
+        // `write` puts all episodes into one file.
         whole("meta/episodes/chunk_index", &|_| 0),
         whole("meta/episodes/file_index", &|_| 0),
         Column::one("success", Values::Bool(success)),
         whole("robocell/seed", &|one| {
+            // A larger seed does not fit; a replay takes it from `robocell/run`.
             i64::try_from(one.seed).unwrap_or(-1)
         }),
         text("robocell/cell", &|_| common.demo.clone()),
@@ -215,6 +218,7 @@ fn video_columns(common: &Common, episodes: &[Written]) -> Vec<Column> {
 
 fn stats_columns(episodes: &[Written]) -> Vec<Column> {
     let mut columns = Vec::new();
+    // Those of the first: `Writer::check` refuses an episode with other features.
     let keys = episodes.first().map(|one| &one.stats);
     for (at, (key, _)) in keys.into_iter().flatten().enumerate() {
         let of = |one: &Written| one.stats.get(at).map(|(_, stats)| stats.clone());

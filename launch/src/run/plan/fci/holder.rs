@@ -20,11 +20,14 @@ pub(super) fn of(at: SocketAddr) -> Option<(String, u32)> {
 /// Number of the socket that listens at `at`, or at its port on all addresses (proc(5),
 /// `/proc/net/tcp`).
 fn socket(at: SocketAddr) -> Option<u64> {
+    // `TCP_LISTEN` of the kernel.
     const LISTENS: &str = "0A";
     let SocketAddr::V4(at) = at else {
         return None;
     };
     let local = |address: &Ipv4Addr| {
+        // The kernel prints the bytes of the address, in network order, as one number of this
+        // machine.
         let number = u32::from_ne_bytes(address.octets());
         format!("{number:08X}:{:04X}", at.port())
     };

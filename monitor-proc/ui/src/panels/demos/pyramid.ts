@@ -1,5 +1,5 @@
-// Who owns the centre, whose each cube is, what each arm has placed, and both
-// trees side by side. All of it is on the board that the trees share.
+// The owners of the centre and of each cube, the cubes that each arm has placed,
+// and both trees side by side. The data is on the board that the trees share.
 import type { Store } from "../../net/store";
 import type { PanelContext } from "../context";
 import { el, setAttr, setText } from "../dom";

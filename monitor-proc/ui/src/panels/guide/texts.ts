@@ -9,7 +9,7 @@ export interface Try {
 
 export interface Guide {
   title: string;
-  /** What is to be seen. */
+  /** Description of the demo. */
   see: string;
   tries: Try[];
 }

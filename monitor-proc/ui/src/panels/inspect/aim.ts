@@ -1,4 +1,4 @@
-// Brings the tool of the arm that is led, or what it holds, over an object, and down to it.
+// Brings the tool of the arm that is led, or the object in it, over another object, and down to it.
 import { above, ABOVE_M, angleBetween, over, type Placed, poseOf, rotationOf } from "../../hand/aims";
 import type { Pose } from "../../net/protocol";
 import { Vector3 } from "three";
@@ -7,7 +7,7 @@ import type { PanelContext } from "../context";
 
 /** The tool descends where it is nearer to the axis of the grasp than this (m). */
 const ALIGNED_M = 0.03;
-/** What is placed ends so far above the object below it: the arm does not press (m). */
+/** An object is placed this far above the one below it: the arm does not press (m). */
 const GAP_M = 0.001;
 
 interface Candidate {

@@ -1,4 +1,4 @@
-// What is selected: a card under the scene, and in a narrow window a button over the
+// The selection: a card under the scene, and in a narrow window a button over the
 // view that opens the drawer with it.
 import type { Scene } from "../../net/protocol";
 import type { PanelContext } from "../context";

@@ -14,7 +14,7 @@ function decade(power: number): string {
   return power < 6 ? `${10 ** (power - 3)} ms` : `${10 ** (power - 6)} s`;
 }
 
-/** The figures, for those who do not see the picture. */
+/** The figures, for a screen reader. */
 function summary(hop: HopLatency): string {
   const figures = [`p50 ${micros(hop.p50_us)}`, `p99 ${micros(hop.p99_us)}`, `max ${micros(hop.max_us)}`];
   return `${hop.hop}: ${figures.join(", ")} of ${hop.n}`;
@@ -24,7 +24,7 @@ export function histogram(hop: HopLatency): SVGSVGElement {
   const root = svg("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, class: "histogram", preserveAspectRatio: "none", role: "img", "aria-label": summary(hop) });
   const counted = hop.buckets.filter(([, count]) => count > 0);
   const most = Math.max(...counted.map(([, count]) => count), 1);
-  // A bucket holds what is below its upper end: the median may be left of the first.
+  // A bucket is known by its upper end only: the median may be left of the first.
   const first = Math.log10(Math.max(Math.min(...counted.map(([upper]) => upper), hop.p50_us, 1e9), 1));
   const last = Math.log10(Math.max(...counted.map(([upper]) => upper), 10));
   const low = Math.floor(Math.min(first, last - 0.1));

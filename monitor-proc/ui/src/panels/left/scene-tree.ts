@@ -1,4 +1,4 @@
-// What is in the scene; a click selects it in the view.
+// The arms, objects and fixtures of the scene; a click selects one in the view.
 import type { Scene } from "../../net/protocol";
 import { OBJECT, type ObjectState } from "../../net/snapshot";
 import type { PanelContext } from "../context";
@@ -91,7 +91,7 @@ function arms(context: PanelContext, scene: Scene, refreshes: Refresh[]): HTMLEl
 function objects(context: PanelContext, scene: Scene, refreshes: Refresh[]): HTMLElement[] {
   const wanted = new Set(jobBins(scene));
   return scene.objects.map((object, index) => {
-    // More bins than the job has are there for a person who asks for another one.
+    // A cell may have more bins than its job: a person may ask for another one.
     const isSpare = object.shape.kind === "bin" && !wanted.has(object.name);
     const state = el("span", { class: "dim state" });
     let before = "";

@@ -5,7 +5,7 @@ import { el } from "../dom";
 import { ticks } from "../ticks";
 import type { History } from "./history";
 
-/** Told apart also by those who see few colours. */
+/** Distinct also for colour-blind readers. */
 const COLOURS = ["#58a6ff", "#f0a53a", "#4cc38a", "#d2a8ff", "#ff7b72", "#79e0e8", "#e3d26f", "#c9d1d9"];
 const AXIS = "#93a1b1";
 const CURSOR = "#ffffff";

@@ -1,4 +1,4 @@
-// One arm in a few lines: what holds it back, what it holds, how far it is.
+// One arm in a few lines: its stop, the object it holds, its distance to the target.
 import { type ArmState, isUnreachable } from "../../net/snapshot";
 import type { PanelContext } from "../context";
 import { el, setAttr, setText, setTitle } from "../dom";

@@ -1,4 +1,4 @@
-// The robot: how it stands, its joints, and leading it by hand.
+// The robot: its state, its joints, and leading it by hand.
 import type { Actions } from "../actions";
 import { gripperIsClosed } from "../actions";
 import { button } from "../button";

@@ -1,5 +1,5 @@
-// Sends one command at a time, and no more than needed: of what is asked for
-// meanwhile only the newest is sent.
+// Sends one command at a time: of the requests that arrive meanwhile, only the
+// newest is sent.
 
 const LEAST_MS = 50;
 

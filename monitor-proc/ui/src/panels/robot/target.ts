@@ -89,7 +89,7 @@ export function targetForm(context: PanelContext): HTMLElement {
   hand.onChange(() => {
     if (hand.proposal !== null) following = true;
   });
-  // Hidden, too: a user who starts to type finds all fields filled in.
+  // Also while it is hidden, so that all fields are filled in when a user starts to type.
   context.pulse.add(null, () => {
     if (following) show();
   });

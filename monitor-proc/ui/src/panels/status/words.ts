@@ -28,7 +28,7 @@ export interface Facts {
   paused: boolean;
   pauseCause: string;
   taskPaused: boolean;
-  /** Whether the task begins with a start event. */
+  /** Whether the task starts with a start event. */
   startEvent: boolean;
   /** What each arm holds, as a sentence without a subject where there is one arm. */
   held: string[];

@@ -37,7 +37,7 @@ export class GraphChoice {
 
   /** Shows the graph of the arm whose phase is the title of the task. */
   private follow(): void {
-    // A person who reads is not led away.
+    // A graph under the pointer or with the focus stays: a person may be reading it.
     if (this.isKept || this.root.parentElement?.matches(":hover, :focus-within") === true) return;
     const phase = phaseOf(this.store);
     const prefix = (name: string) => `${name.toUpperCase().replace(/[^A-Z0-9]/g, "_")}_`;

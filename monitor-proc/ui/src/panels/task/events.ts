@@ -79,7 +79,7 @@ export function eventLog(context: PanelContext): HTMLElement {
     empty.hidden = empty.textContent === "";
     followSoon();
   };
-  // Shown with the clock: pictures may come seldom, and a line must not be later than what is beside it.
+  // Shown with the clock: frames may be rare, and a line must not be later than the clock beside it.
   let waiting: LogLine[] = [];
   const fill = () => {
     waiting = [];

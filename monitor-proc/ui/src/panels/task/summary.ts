@@ -28,7 +28,7 @@ const SINGULAR: Partial<Record<string, string>> = {
   "self-contacts": "self-contact",
 };
 
-/** What is shown in the place of now; empty for a cell that works. */
+/** The state that is shown instead of now; empty for a cell that works. */
 function insteadOfNow(context: PanelContext): string {
   if (context.isStale) return context.link;
   if (context.store.hello?.live === false) return "replay";

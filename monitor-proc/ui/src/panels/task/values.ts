@@ -35,7 +35,7 @@ class Table {
 
   /** `quiet`: another graph is shown, which is no news of its values. */
   show(values: Map<string, Value>, quiet: boolean): void {
-    // What is not known of the moment that is shown goes.
+    // Values that are unknown at the moment shown are removed.
     for (const [name, { row }] of this.cells) {
       if (values.has(name)) continue;
       row.remove();

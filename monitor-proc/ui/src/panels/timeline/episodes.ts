@@ -38,7 +38,7 @@ export function episodes(context: PanelContext): HTMLElement {
   });
   store.on("hello", ({ run }) => {
     if (now === null || now.run === run.id) return;
-    // Another demo begins a list of its own.
+    // Another demo starts its own list.
     if (now.demo !== run.demo) past.length = 0;
     else past.push(now);
     past.splice(0, past.length - KEPT_EPISODES);

@@ -153,7 +153,7 @@ export function mountTimeline(context: PanelContext, host: HTMLElement): void {
     draw();
   });
   const legend = MARKS.map(([mark, about]) => ({ mark, node: el("span", { hidden: true }, el("i", { "data-mark": mark }), about) }));
-  // Only of what is drawn: all of them have no room in one line.
+  // Only marks that are drawn: one line has no room for all.
   context.pulse.add(host, () => {
     const drawn = new Set([...marks.querySelectorAll<HTMLElement>("[data-mark]")].map(({ dataset }) => dataset.mark));
     for (const { mark, node } of legend) node.hidden = !drawn.has(mark);

@@ -17,7 +17,7 @@ const HIGH_LANES = 5;
 const LOW_LANES = 6;
 /** Height of a low lane with its margin (px). */
 const LOW_PX = 14;
-/** Width of what is beside a label (px). */
+/** Width of the space beside a label (px). */
 const BESIDE_PX = 6;
 
 export interface Lanes {

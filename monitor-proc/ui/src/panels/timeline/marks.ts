@@ -26,7 +26,7 @@ interface Seen {
 }
 
 interface Mark {
-  /** The same mark is the same node: what is pressed is not replaced meanwhile. */
+  /** The same mark keeps its node, so that a node is not replaced while it is pressed. */
   key: string;
   time_s: number;
   width_px: number;
@@ -53,7 +53,7 @@ export function drawnMarks(context: PanelContext, host: HTMLElement, span: () =>
     const isEnd = ({ mark, time_s }: LogLine) => mark === "part" && ends.some((end) => Math.abs(end.time_s - time_s) < SAME_END_S);
     const fitting = store.marked.filter((line) => line.mark !== null && fits(line) && !isEnd(line));
     const seen: Seen[] = fitting.map((line) => ({ line, at_s: at(line) }));
-    // What lasts is marked where the window begins.
+    // A lasting state is marked at the start of the window.
     const before = lasting(store).filter((line) => line.incident === undefined && at(line) < first);
     seen.push(...before.map((line) => ({ line, at_s: first, isBefore: true })));
     const hasIncident = seen.some(({ line }) => line.incident !== undefined);

@@ -12,7 +12,7 @@ const FRAME_MS = 50;
 
 export interface Playback {
   readonly root: HTMLElement;
-  /** What is looped, in simulated seconds. */
+  /** The span that is looped, in simulated seconds. */
   readonly range: [number, number] | null;
   setRange(from: number, to: number): void;
   /** Looks at a moment, null for now, and stays there. */
@@ -55,7 +55,7 @@ export function playback(context: PanelContext, look: Seek): Playback {
       if (!loops) at = null;
     }
     if (at !== null) at = { time, wall };
-    // What is played is of the history that is shown.
+    // Playback is of the history that is shown.
     look(time, store.past?.epoch ?? undefined);
   };
   setInterval(step, FRAME_MS);

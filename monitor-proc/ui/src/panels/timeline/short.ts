@@ -1,6 +1,6 @@
-// Names of objects where there is little room: what tells one from the others is kept.
+// Names of objects where there is little room: only the words that differ are kept.
 
-/** By name: what is left without the first and last words that all names have. */
+/** By name: its words without the first and last ones that all names have. */
 export function ownParts(names: string[]): Map<string, string> {
   const all = names.map((name) => name.split(" "));
   const least = Math.min(...all.map(({ length }) => length)) - 1;

@@ -1,4 +1,4 @@
-// How the run stands: real time, recorder, connection, and who we are.
+// The state of the run: real time, recorder, connection, and the role of the user.
 import { FLAG } from "../../net/snapshot";
 import type { PanelContext } from "../context";
 import { el, setAttr, setText, setTitle } from "../dom";

@@ -30,7 +30,7 @@ export function roleBadge(context: PanelContext): HTMLElement {
     // A recording cannot be commanded; a viewer may still get the right to play it.
     badge.hidden = context.store.hello?.live === false && role !== "viewer";
     setText(badge, role ?? "–");
-    // Nobody commands a cell that has ended.
+    // A cell that has ended takes no commands.
     setAttr(badge, "data-tone", role === undefined || context.isStale ? null : role === "operator" ? "ok" : "warn");
     setTitle(
       badge,

@@ -1,4 +1,4 @@
-// A line from a body or a tool straight down to what is below it, with the distance.
+// A line from a body or a tool straight down to the surface below it, with the distance.
 import { Box3, Group, Vector3 } from "three";
 import type { Body, Cell } from "../cell";
 import type { Labels } from "../labels";
@@ -6,7 +6,7 @@ import { bodyCaster } from "../touch/layers";
 import { Strokes } from "./strokes";
 
 const DOWN = new Vector3(0, 0, -1);
-/** Share of the line above its text, which would cover the foot of the line, or what is there. */
+/** Share of the line above its text, which would cover the foot of the line or the surface there. */
 const LABEL_SHARE = 0.5;
 
 export class DropLine {

@@ -1,4 +1,4 @@
-// A second, transparent robot that stands where the controller wants the first.
+// A second, transparent robot in the pose that the controller wants of the first.
 import { Group, MeshLambertMaterial } from "three";
 import type { Snapshot } from "../../net/snapshot";
 import type { Cell } from "../cell";

@@ -9,7 +9,7 @@ const COLOUR = new Color(0xffd166);
 const LINE_M = 0.004;
 /** Between an object and the outline of its place (m). */
 const AROUND_M = 0.008;
-/** Above what the object stands on, so that both are not drawn in one plane (m). */
+/** Above the surface under the object, so that both are not drawn in one plane (m). */
 const ABOVE_M = 0.0008;
 const USUAL_HALF_M = 0.03;
 const CORNERS = 4;
@@ -25,7 +25,7 @@ function placesOf({ task }: Scene): [string, number[]][] {
   });
 }
 
-/** Half the width of what is placed (m). */
+/** Half the width of the widest object (m). */
 function halfWidth({ objects }: Scene): number {
   const sizes = objects.map(({ shape }) => ("size_m" in shape ? Math.max(shape.size_m[0], shape.size_m[1]) / 2 : USUAL_HALF_M));
   return Math.max(...sizes, 0) || USUAL_HALF_M;

@@ -40,7 +40,7 @@ function about(cell: Cell, index: number, { held, tcp }: ArmState): About {
   return { shape: [...corners, ...wrist, tool], near: [...near, ...beside] };
 }
 
-/** The corners of what is around `group`. */
+/** The corners of the box around `group`. */
 function cornersOf(group: Object3D): Vector3[] {
   const box = new Box3().setFromObject(group);
   return [0, 1, 2, 3, 4, 5, 6, 7].map((bits) => corner(box, bits));

@@ -8,7 +8,7 @@ const { white, dark, steel, rubber, led } = PAINT;
 /** Lays a turned part along y. */
 const SIDEWAYS: Vec3 = [QUARTER, 0, 0];
 
-/** A joint whose axis lies along y: a drum with a dark disc on either side. */
+/** A joint whose axis is along y: a drum with a dark disc on either side. */
 function drum(at: Vec3, radius: number, width: number, disc: number): Part[] {
   return [
     part(cylinder(radius, width, 0.018), white, at, SIDEWAYS),

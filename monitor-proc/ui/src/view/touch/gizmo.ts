@@ -79,7 +79,7 @@ export class Gizmo {
     this.root = new Object3D();
     this.root.add(this.goal, this.controls.getHelper());
     this.root.visible = false;
-    // Its handles are computed anew for each picture, also while they are not drawn.
+    // three.js computes its handles again for each picture, also while they are not drawn.
     const update = this.root.updateMatrixWorld.bind(this.root);
     this.root.updateMatrixWorld = (force) => {
       if (this.root.visible) update(force);

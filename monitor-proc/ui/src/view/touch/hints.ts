@@ -1,11 +1,11 @@
-// Says what the mouse can do with what it points at.
+// Names the actions of the mouse on the object under it.
 import type { Store } from "../../net/store";
 import type { Camera } from "../camera";
 import type { Cell } from "../cell";
 import type { Gizmo } from "./gizmo";
 import { pick, rayAt } from "./pick";
 
-/** Looking for what is under the mouse takes a moment: not more often than this. */
+/** The search for the object under the mouse takes time: not more often than this. */
 const PERIOD_MS = 80;
 
 export class Hints {

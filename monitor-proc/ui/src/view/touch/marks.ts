@@ -70,7 +70,7 @@ export class Marks {
   }
 }
 
-/** Sum of the forces on an arm and on what it holds (N), as physics counts it. */
+/** Sum of the forces on an arm and on the object it holds (N), as physics counts it. */
 function pressure(contacts: Contact[], arm: number, held: number | null): number {
   const isOwn = ({ kind, index }: ContactBody) => (kind === "arm" && index === arm) || (kind === "object" && index === held);
   const sum = new Vector3();

@@ -1,4 +1,4 @@
-// What lies under the pointer.
+// The body under the pointer.
 import { Vector2, Vector3, type Ray } from "three";
 import type { Cell, Owner } from "../cell";
 import type { Lens } from "../lens";
@@ -30,8 +30,8 @@ export function rayAt(
 }
 
 /**
- * What the last ray of `rayAt` meets first; furniture hides what is behind it,
- * and so do arms unless `throughArms`.
+ * The first body that the last ray of `rayAt` meets; furniture hides bodies behind
+ * it, and so do arms unless `throughArms`.
  */
 export function pick(cell: Cell, throughArms = false): Hit | null {
   const among = throughArms ? cell.withoutArms() : [cell.root];

@@ -63,7 +63,7 @@ export class Selection {
     this.root.quaternion.copy(this.body.group.quaternion);
   }
 
-  /** Where what is selected is (m); null for an arm, or nothing. */
+  /** The position of the selection (m); null for an arm, or nothing. */
   get position(): Vector3 | null {
     if (this.body !== null) return this.body.group.position.clone();
     return this.fixture === null ? null : new Vector3(...this.fixture.pose.slice(0, 3));

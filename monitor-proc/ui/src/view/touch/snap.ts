@@ -6,7 +6,7 @@ import type { Body, Cell } from "../cell";
 import { bodyNear } from "./pick";
 
 const COLOUR = 0x4cc9ff;
-/** Wider than the rim of what is selected, and of what is touched. */
+/** Wider than the rims of the selection and of a touched object. */
 const RIM_M = 0.007;
 /** Looking for a body takes a moment: not more often than this. */
 const PERIOD_MS = 60;

@@ -10,7 +10,7 @@ use ipc_types::topic::Process;
 use super::AFTER_NS;
 use crate::say;
 
-/// How long before its first event an incident begins (ns).
+/// How long before its first event an incident starts (ns).
 const BEFORE_NS: u64 = 3_000_000_000;
 
 /// An incident to be written.
@@ -30,6 +30,7 @@ pub(super) fn write_all(incidents: &Incidents, drafts: &Receiver<Draft>) {
     for draft in drafts {
         let number = draft.incident.head.number;
         if let Err(error) = draft.save(incidents)
+            // Once: a full disk refuses every draft.
             && !std::mem::replace(&mut said, true)
         {
             say::warn(format_args!(

@@ -127,6 +127,7 @@ impl Machine for Os {
     fn new_bus(&mut self) -> Result<(), Failure> {
         let spec = &mut self.plan.spec;
         let old_root = spec.root.clone();
+        // Other names, so that no process opens the old files; the run keeps its number.
         (spec.root, spec.prefix) = self.plan.dir.site(spec.run.wrapping_add(1));
         spec.save(&self.plan.dir.spec())
             .map_err(Failure::configuration)?;

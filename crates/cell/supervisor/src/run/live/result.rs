@@ -27,6 +27,7 @@ impl LiveCell {
         let decision = watch.decision().unwrap_or(&none);
         let mut summary = RunSummary::new(&facts, state, decision);
         summary.faults = watch.faults().to_vec();
+        // The outcome of a task that has not ended is `Timeout`, whether its time is over or not.
         let is_over = state.has(FLAG_ENDING) || summary.outcome != RunOutcome::Timeout;
         if !is_over {
             summary.outcome = RunOutcome::Stopped;

@@ -60,7 +60,9 @@ impl<M: Machine> SupervisorLoop<M> {
         let Some(state) = self.watch.state() else {
             return;
         };
+        // In each turn, as a person can change the speed of a running cell.
         self.supervisor.set_lockstep(state.has(FLAG_LOCKSTEP));
+        // Physics waits on purpose: for a person, for the launcher, or for a program of a client.
         let mut excused = state.has(FLAG_PAUSED) || state.has(FLAG_ENDING) || state.script_line > 0;
         excused |= self.terms.has_clients;
         let waits = state.has(FLAG_LOCKSTEP) && !excused && self.supervisor.is_ready();
@@ -78,6 +80,7 @@ impl<M: Machine> SupervisorLoop<M> {
             return;
         };
         if decision.outcome == Outcome::Idle.code() {
+            // Repeated until it has an effect: a request may be dropped or remain unanswered.
             self.machine.ask(OperatorAction::TaskStart, 0);
         } else {
             self.start_event_given = true;

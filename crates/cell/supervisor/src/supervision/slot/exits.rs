@@ -22,7 +22,7 @@ const RETRY_FIRST: u64 = 30_000 * MS;
 const RETRY_MAX: u64 = 300_000 * MS;
 
 impl Slot {
-    /// It ended while there was no room for what it writes: that is no crash.
+    /// It ended while there was no room for its files, which does not count as a crash.
     pub(in crate::supervision) fn ended_without_room(
         &mut self,
         now: u64,
@@ -50,6 +50,7 @@ impl Slot {
             self.state = Lifecycle::Waiting(now);
             return;
         }
+        // Not reported again: the retries of a monitor may fail for hours.
         if self.is_given_up() {
             self.retry_later(now);
             return;
@@ -60,6 +61,7 @@ impl Slot {
             return;
         }
         self.state = Lifecycle::Waiting(now.max(self.spawned_at + MIN_RUN) + self.backoff());
+        // A hang was reported before the process was killed.
         if !hung {
             out.push(Action::Lost {
                 process,
@@ -102,6 +104,7 @@ impl Slot {
 
     /// Why another start would be useless, if it would.
     fn verdict(&mut self, now: u64, exit: Exit, worked: bool) -> Option<String> {
+        // Wrong arguments, or inputs that cannot be used: the next start would end in the same way.
         if let Exit::Code(2 | 3) = exit {
             return Some(format!("it {}", describe(exit, true)));
         }
@@ -137,6 +140,7 @@ impl Slot {
     fn backoff(&self) -> u64 {
         match self.short_lives {
             0 | 1 => 0,
+            // A shift by 64 or more would overflow.
             n => BACKOFF_MAX.min(BACKOFF_FIRST << (n - 2).min(10)),
         }
     }

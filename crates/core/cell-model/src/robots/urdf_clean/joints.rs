@@ -35,6 +35,7 @@ impl Cleaner<'_, '_> {
             let xyz = if axis.has_attribute("xyz") {
                 self.joint_vector(axis, name, "xyz")?
             } else {
+                // The default of URDF.
                 vec![1.0, 0.0, 0.0]
             };
             self.single("axis", &[("xyz", &text_of(&xyz))]);
@@ -235,6 +236,7 @@ impl Cleaner<'_, '_> {
         };
         let most = parts::MAX_MIMIC;
         let is_allowed = |value: &f64| match key {
+            // Not 0: the limits of the followed joint are those of its follower divided by it.
             "multiplier" => (1.0 / most..=most).contains(&value.abs()),
             _ => (-most..=most).contains(value),
         };

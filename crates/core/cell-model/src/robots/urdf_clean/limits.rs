@@ -135,6 +135,8 @@ fn completed(stated: Range, slides: bool, is_open: (bool, bool)) -> (Range, Stri
         (slides, _) => ("", if slides { "m" } else { "rad" }),
     };
     let side = if slides { SLIDE_M } else { TURNS };
+    // Measured from zero, or from the given limit where that is beyond it: so zero is in the range
+    // if the file allows it.
     let range = match is_open {
         (true, false) => Range {
             lower: upper.min(0.0) - side,

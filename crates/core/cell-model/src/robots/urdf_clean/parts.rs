@@ -25,6 +25,7 @@ pub(super) fn without_late_declaration(text: &str) -> String {
 pub(super) fn declare_prefixes(text: &str) -> String {
     let mut text = text.to_owned();
     for _ in 0..MAX_PREFIXES {
+        // The parser names only the first prefix that it does not know.
         let Err(roxmltree::Error::UnknownNamespace(prefix, _)) = Document::parse(&text) else {
             break;
         };
@@ -89,6 +90,7 @@ pub(super) fn vector(node: Node<'_, '_>, key: &str) -> Result<Vec<f64>, String> 
 
 /// A shape in the form of the parser; a mesh is a placeholder for one that is left out.
 pub(super) fn shape_text(shape: Node<'_, '_>) -> Option<String> {
+    // A missing length is 0, and the shape is left out with a warning by `is_without_volume`.
     let of = |key: &str| shape.attribute(key).unwrap_or("0").trim().parse::<f64>();
     match shape.tag_name().name() {
         "box" => Some(format!(
@@ -167,6 +169,7 @@ pub(super) fn text_of(values: &[f64]) -> String {
 }
 
 pub(super) fn escaped(text: &str) -> String {
+    // Attributes are written between double quotes, so `'` and `>` can stay.
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('"', "&quot;")

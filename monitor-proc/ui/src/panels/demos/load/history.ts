@@ -59,14 +59,14 @@ export class LoadHistory {
     return [Math.max(0, to - WINDOW_S), Math.max(to, 1)];
   }
 
-  /** When the grip broke, of what is shown (s). */
+  /** Log lines of broken grips within the span that is shown. */
   get breaks(): LogLine[] {
     const [from, to] = this.span;
     const inside = ({ time_s }: LogLine) => time_s >= from && time_s <= to;
     return this.store.log.filter((line) => line.mark === "break" && inside(line) && this.store.isCurrent(line));
   }
 
-  /** Reads what is missing. */
+  /** Reads the missing samples. */
   follow(): void {
     if (this.reading) return;
     if (this.looksBack) this.readAround();

@@ -17,7 +17,7 @@ export function drawEdge(edge: LaidEdge, head: string): SVGGElement {
   return svg("g", { class: "edge" }, svg("title", {}, edge.about), path);
 }
 
-/** What is written on an edge, on a ground that hides the edges that cross it; null where nothing is. */
+/** The label of an edge, on a ground that hides the edges that cross it; null for an edge without one. */
 export function drawLabel({ at, text, about }: LaidEdge): SVGGElement | null {
   if (at === null) return null;
   const width = LABEL_CHAR_PX * text.length + 2;

@@ -40,7 +40,7 @@ export class Finder {
   listen(place: HTMLElement): () => void {
     const press = (event: KeyboardEvent) => {
       const asks = (event.ctrlKey || event.metaKey) && !event.altKey && event.key.toLowerCase() === "f";
-      // What the pointer or the focus is in is what is searched.
+      // The search is in the graph that has the pointer or the focus.
       if (!asks || !place.matches(":hover, :focus-within") || !place.checkVisibility()) return;
       event.preventDefault();
       this.field.focus();

@@ -13,7 +13,7 @@ export interface Look {
 
 const all = new Map<string, Look>();
 
-/** What is known of the drawing `key`; to be changed in place. */
+/** Pan and zoom of the drawing `key`; to be changed in place. */
 export function looksOf(key: string): Look {
   const known = all.get(key) ?? { scale: 1, x: 0, y: 0, fit: true };
   all.set(key, known);

@@ -10,7 +10,7 @@ const LEAST_NODE_PX = 72;
 const BESIDE_NAME_PX = 40;
 export const LABEL_CHAR_PX = 6.2;
 const NODE_HEIGHT = 26;
-/** Height of what is written on an edge. */
+/** Height of the label of an edge. */
 export const LABEL_HEIGHT_PX = 12;
 const LABEL_HEIGHT = LABEL_HEIGHT_PX + 2;
 const MARGIN_PX = 2;
@@ -31,7 +31,7 @@ export interface LaidEdge {
   label: string;
   /** All that leads this way, one below the other. */
   about: string;
-  /** What is written on it. */
+  /** Its label. */
   text: string;
   points: Point[];
   /** Where the label is; null where there are too many. */
@@ -48,8 +48,8 @@ export interface Layout {
   edges: LaidEdge[];
 }
 
-/** What is drawn: one line for all ways of a matrix from one state to another
- * (its table tells the events), and the guards of a machine left to its table. */
+/** The edges of the drawing: one line for all transitions of a matrix from one state to another
+ * (its table names the events); the guards of a machine are in its table only. */
 function drawn(graph: Graph): { from: number; to: number; label: string; text: string; about: string }[] {
   const found = new Map<string, { from: number; to: number; label: string; text: string; about: string }>();
   for (const { from, to, label } of graph.edges) {

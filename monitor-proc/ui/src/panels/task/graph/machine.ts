@@ -34,7 +34,7 @@ export function machineView(place: Place): GraphView {
   const shown = { graph: [drawing.root], table: [below] }[machineMode.name] ?? both;
   const root = el("div", { class: `machine-pane ${machineMode.name}` }, ...shown);
   const followTable = () => place.context.pulse.measure(table.follow);
-  // In another size what is active may be out of sight.
+  // After a change of size the active row may be out of sight.
   new ResizeObserver(followTable).observe(root);
   return {
     root,

@@ -86,7 +86,7 @@ export class Outline implements GraphView {
     return this.folds.has(this.id(index));
   }
 
-  /** Makes `index`, or what it is collapsed into, the line that the keys speak of. */
+  /** Makes `index`, or the line it is collapsed into, the line that the keys act on. */
   private choose(index: number, focus: boolean): void {
     let at = index;
     while (this.lines[at]?.row.hidden === true) at = this.shape.parents[at] ?? 0;

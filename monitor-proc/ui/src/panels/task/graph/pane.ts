@@ -115,7 +115,7 @@ export function graphPane(context: PanelContext, choice: GraphChoice, onNode: (n
     if (!changed) return;
     changed = false;
     pane.show();
-    // A person who reads is not led away; a table knows when it was scrolled.
+    // A drawing under the pointer stays: a person may be reading it. A table knows when it was scrolled.
     if (root.matches(":hover, :focus-within")) pane.view?.followTable?.();
     else pane.view?.follow();
   });

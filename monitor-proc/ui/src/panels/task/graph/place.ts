@@ -27,7 +27,7 @@ export interface GraphView {
   select: (node: number) => void;
 }
 
-/** What is remembered of a picture is remembered by this. */
+/** The key under which the settings of a drawing are kept. */
 export function keyOf({ context, graph }: Place): string {
   return `${context.store.scene?.demo ?? ""}/${graph.name}`;
 }

@@ -26,7 +26,7 @@ function ended(store: Store, lane: string): { span: Span; to_s: number }[] {
 
 export interface Strip {
   root: HTMLElement;
-  /** Shows the spans that are known now; what is hidden has no pulse. */
+  /** Shows the spans that are known now; a hidden strip has no pulse. */
   show: () => void;
 }
 

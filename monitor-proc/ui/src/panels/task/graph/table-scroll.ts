@@ -35,7 +35,7 @@ interface Part {
   to: number;
 }
 
-/** Where the room begins so that as many of `wanted` as fit are whole, the first most of all, and `parts` are not cut. */
+/** Where the room starts so that as many of `wanted` as fit are whole, the first most of all, and `parts` are not cut. */
 function startOf(parts: Part[], wanted: Part[], room: number): number | null {
   const [first, ...others] = wanted;
   if (first === undefined) return null;

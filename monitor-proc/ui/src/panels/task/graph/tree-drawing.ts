@@ -134,7 +134,7 @@ export class TreeDrawing implements GraphView {
     return node;
   }
 
-  /** The handle of a subtree; where it is collapsed, with what is in it. */
+  /** The handle of a subtree, with a summary if it is collapsed. */
   private chevron(index: number, id: string, x: number, y: number): SVGElement[] {
     const shut = this.folds.has(id);
     const handle = svg(

@@ -23,7 +23,7 @@ export interface TreeLayout extends Bounds {
   boxes: (TreeBox | null)[];
 }
 
-/** What is written on a node. */
+/** The caption of a node. */
 export function captionOf(graph: Graph, index: number): string {
   const { name = "?", kind = "" } = graph.nodes[index] ?? {};
   return `${signOf(kind)} ${name}`.trim();

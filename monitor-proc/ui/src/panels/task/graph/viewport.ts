@@ -39,7 +39,7 @@ function joined(one: Bounds, other: Bounds): Bounds {
 
 export class Viewport {
   readonly root: HTMLElement;
-  /** What is drawn goes in here. */
+  /** The group for the contents of the drawing. */
   readonly world = svg("g", { class: "world" });
   private readonly look;
   private readonly pointers = new Map<number, { x: number; y: number }>();
@@ -135,7 +135,7 @@ export class Viewport {
   private apply(): void {
     const { look, bounds, size: { width, height } } = this;
     if (look.fit) {
-      // What is not shown has no size; it gets one when it is.
+      // A hidden drawing has no size; it gets one when it is shown.
       if (width === 0 || height === 0) return;
       const fits = Math.min((width - 2 * PAD_PX) / bounds.width, (height - 2 * PAD_PX) / bounds.height);
       look.scale = Math.min(Math.max(fits, LEAST_FIT), this.fitMost);
@@ -186,7 +186,7 @@ export class Viewport {
     for (const end of ["pointerup", "pointercancel"] as const) {
       root.addEventListener(end, ({ pointerId }) => this.pointers.delete(pointerId));
     }
-    // The end of a drag is no click on what is under it.
+    // The browser reports the end of a drag as a click, which must not act on the node under it.
     root.addEventListener("click", (event) => {
       if (this.dragged) event.stopPropagation();
       this.dragged = false;
