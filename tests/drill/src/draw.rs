@@ -124,8 +124,9 @@ pub fn plan(seed: u64, level: Level, longest_ms: u64) -> Plan {
     if draw.percent(30) {
         plan.script = script(&mut draw, &plan, arms);
     }
-    // Whether lockstep has recovered is known late.
-    if plan.lockstep && draw.percent(3) {
+    // Whether lockstep has recovered is known late. With many objects that takes minutes.
+    let is_light = plan.scene.as_ref().is_none_or(|scene| weight(scene) == 1);
+    if plan.lockstep && is_light && draw.percent(3) {
         plan.horizon_ms += LOCKSTEP_RECOVERS_MS;
     }
     if !plan.faults.is_empty() && draw.percent(60) {

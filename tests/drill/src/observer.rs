@@ -1,12 +1,13 @@
 //! Reads every message of the bus, for the checks.
 
-use cell_bus::{BusError, Subscriber};
+use cell_bus::{Bus, BusError, Subscriber};
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::trace::TraceKind;
-use ipc_types::{ArmCommand, ArmStatus, Decision, Health, TraceLine, WorldState};
+use ipc_types::{ArmCommand, ArmStatus, Decision, Header, Health, TraceLine, WorldState};
 
 use crate::check::Seen;
 use crate::model::Shared;
+use crate::plan::{self, Fault, Plan};
 
 /// A reader of all topics that the checks look at.
 pub(crate) struct Observer {
@@ -15,15 +16,72 @@ pub(crate) struct Observer {
     trace: Subscriber<TraceLine>,
     arms: Vec<(Subscriber<ArmStatus>, Subscriber<ArmCommand>)>,
     healths: Vec<(Process, Subscriber<Health>)>,
+    bystanders: Vec<(TopicId, Bystander)>,
+}
+
+/// A reader that does nothing with the messages, as one that records or shows them. What a process
+/// does with a message that comes again or late, it may refuse for another reason.
+enum Bystander {
+    State(Subscriber<WorldState>),
+    Decision(Subscriber<Decision>),
+    Status(Subscriber<ArmStatus>),
+    Command(Subscriber<ArmCommand>),
+    Health(Subscriber<Health>),
+}
+
+impl Bystander {
+    fn new(bus: &Bus, topic: TopicId) -> Result<Option<Self>, BusError> {
+        Ok(Some(match topic {
+            TopicId::WorldState => Self::State(bus.subscriber(topic)?),
+            TopicId::Decision => Self::Decision(bus.subscriber(topic)?),
+            TopicId::ArmStatus(_) => Self::Status(bus.subscriber(topic)?),
+            TopicId::ArmCommand(_) => Self::Command(bus.subscriber(topic)?),
+            TopicId::Health(_) => Self::Health(bus.subscriber(topic)?),
+            _ => return Ok(None),
+        }))
+    }
+
+    /// Passes the headers of all messages that it uses now to `each`. It looks twice: a message
+    /// may come again after it was taken.
+    fn look(&mut self, mut each: impl FnMut(&Header)) {
+        for _ in 0..2 {
+            match self {
+                Self::State(reader) => reader.take_all(|message| each(&message.header)),
+                Self::Decision(reader) => reader.take_all(|message| each(&message.header)),
+                Self::Status(reader) => reader.take_all(|message| each(&message.header)),
+                Self::Command(reader) => reader.take_all(|message| each(&message.header)),
+                Self::Health(reader) => reader.take_all(|message| each(&message.header)),
+            };
+        }
+    }
+}
+
+/// The topics on which `plan` repeats messages, or lets them be late.
+fn disturbed(plan: &Plan, arms: u8) -> Vec<TopicId> {
+    let topic = |fault: &Fault| match fault {
+        Fault::Repeat { topic, .. } | Fault::Late { topic, .. } => plan::topic(topic, arms),
+        _ => None,
+    };
+    let of = plan.faults.iter().filter_map(|timed| topic(&timed.fault));
+    let mut topics: Vec<TopicId> = of.collect();
+    topics.sort_by_key(|topic| topic.code());
+    topics.dedup();
+    topics
 }
 
 impl Observer {
-    /// Of the bus of `model`.
+    /// Of the bus of `model`, on which `plan` disturbs messages.
     ///
     /// # Errors
     /// When the bus has no such topics.
-    pub(crate) fn new(model: &Shared) -> Result<Self, BusError> {
+    pub(crate) fn new(model: &Shared, plan: &Plan) -> Result<Self, BusError> {
         let model = model.borrow();
+        let disturbed = disturbed(plan, model.spec.arms);
+        let mut bystanders = Vec::new();
+        for topic in disturbed {
+            let bystander = Bystander::new(&model.readers_bus(), topic)?;
+            bystanders.extend(bystander.map(|bystander| (topic, bystander)));
+        }
         let bus = model.faithful_bus();
         let arm = |arm| {
             let status = bus.subscriber(TopicId::ArmStatus(arm))?;
@@ -39,6 +97,7 @@ impl Observer {
                 .map(arm)
                 .collect::<Result<_, BusError>>()?,
             healths: processes.map(health).collect::<Result<_, BusError>>()?,
+            bystanders,
         })
     }
 
@@ -67,6 +126,9 @@ impl Observer {
         let health = healths.find(|(of, _)| *of == process);
         if let Some(health) = health.and_then(|(_, health)| health.take()) {
             each(Seen::Health(process, health));
+        }
+        for (topic, bystander) in &mut self.bystanders {
+            bystander.look(|header| each(Seen::Used(*topic, header)));
         }
     }
 

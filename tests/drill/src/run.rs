@@ -58,7 +58,7 @@ pub fn run(plan: &Plan) -> Result<Outcome, String> {
     cell_worker::keep_lines();
     let model = Model::new(plan)?;
     let launcher = Launcher::new(&model).map_err(|error| error.to_string())?;
-    let observer = Observer::new(&model).map_err(|error| error.to_string())?;
+    let observer = Observer::new(&model, plan).map_err(|error| error.to_string())?;
     let checks = Checks::of(plan, &model.borrow());
     let mut run = Run {
         cell: SupervisorLoop::new(launcher, terms(plan, &model)),
@@ -295,8 +295,13 @@ fn disturb(model: &mut Model, arms: u8, now_ns: u64, fault: &Fault) -> bool {
         } => process(of, arms)
             .is_some_and(|of| model.preempt(of, gap_us * 1000, now_ns + for_ms * MS)),
         Fault::Damage { topic, draw } => model.disturb(topic, Disturbance::Damage { draw: *draw }),
-        Fault::Repeat { topic, after } => {
-            model.disturb(topic, Disturbance::Again { after: *after })
+        Fault::Repeat {
+            topic,
+            after,
+            count,
+        } => {
+            let (after, count) = (*after, *count);
+            model.disturb(topic, Disturbance::Again { after, count })
         }
         Fault::Late { topic, after } => model.disturb(topic, Disturbance::Late { after: *after }),
         _ => false,

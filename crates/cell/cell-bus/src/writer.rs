@@ -15,6 +15,12 @@ pub(crate) trait Outlet: Debug {
 
     /// A place for a message, which holds an earlier one or zeros.
     fn loan(&self) -> Result<Self::Loan, PublishError>;
+    /// A copy of `message` to send. A port that no reader can be on need not copy.
+    fn copy_of(&self, message: &Self::Message) -> Result<Self::Loan, PublishError> {
+        let mut copy = self.loan()?;
+        *copy.message() = *message;
+        Ok(copy)
+    }
     /// Lets readers in that joined; false if that failed.
     fn update_connections(&self) -> bool;
     /// Time for the stamp of a message.
@@ -83,7 +89,7 @@ impl<O: Outlet> Writer<O> {
         // The header is kept for the caller; after `send` the place belongs to the readers.
         let stamped = *header;
         // The tap's copy is made before `send`, as the message is gone afterwards.
-        let copy = self.tap.as_ref().map(|tap| copied(place.message(), tap));
+        let copy = self.tap.as_ref().map(|tap| tap.copy_of(place.message()));
         place.send()?;
         self.header = stamped;
         // The recorder's copy is sent last, and its loss is not
@@ -119,13 +125,6 @@ impl<O: Outlet> Publish<O::Message> for Writer<O> {
     fn errors(&self) -> u64 {
         self.errors
     }
-}
-
-/// `message` in memory of another port.
-fn copied<O: Outlet>(message: &O::Message, port: &O) -> Result<O::Loan, PublishError> {
-    let mut copy = port.loan()?;
-    *copy.message() = *message;
-    Ok(copy)
 }
 
 /// Takes out of a header what its place held before. Inputs beyond the count

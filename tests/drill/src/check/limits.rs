@@ -1,8 +1,8 @@
 //! Joint setpoints keep the limits of the robot, also over restarts.
 
 use cell_model::robots::robot::JointSpec;
+use ipc_types::WorldState;
 use ipc_types::world::{ArmState, FLAG_LOCKSTEP, ObjectState};
-use ipc_types::{MAX_ARMS, WorldState};
 
 use super::history::History;
 use super::{Check, Moment, Seen, Verdict, fail_if};
@@ -24,7 +24,9 @@ pub(super) fn all(model: &Model) -> Vec<Box<dyn Check>> {
     vec![
         Box::new(Limits {
             joints: joints.collect(),
-            before: None,
+            // No start of physics has this generation.
+            before: (0, 0, 0),
+            arms: Vec::new(),
         }),
         Box::new(Resumed::default()),
         Box::new(Finite),
@@ -34,8 +36,25 @@ pub(super) fn all(model: &Model) -> Vec<Box<dyn Check>> {
 /// From tick to tick no setpoint changes faster than a joint may.
 struct Limits {
     joints: Vec<Vec<JointSpec>>,
-    /// Generation, tick, number of the reset of the scene, and arms.
-    before: Option<((u32, u64, u32), [ArmState; MAX_ARMS])>,
+    /// Generation, tick, number of the reset of the scene, and arms of the state before.
+    before: (u32, u64, u32),
+    arms: Vec<ArmState>,
+}
+
+impl Limits {
+    fn follow(&self, state: &WorldState) -> Verdict {
+        let arms = self.arms.iter().zip(state.arms()).enumerate();
+        for ((arm, (old, new)), joints) in arms.zip(&self.joints) {
+            for (joint, spec) in joints.iter().enumerate() {
+                step(spec, old, new, joint, state.has(FLAG_LOCKSTEP))
+                    .map_err(|why| format!("arm {arm}, joint {joint}: {why}"))?;
+            }
+            fail_if(new.limit_violations > 0, || {
+                format!("arm {arm} counts {} violations", new.limit_violations)
+            })?;
+        }
+        Ok(())
+    }
 }
 
 impl Check for Limits {
@@ -50,22 +69,15 @@ impl Check for Limits {
         let (generation, tick) = (state.header.generation, state.header.tick);
         // A reset of the scene moves the arm to its start.
         let reset = state.panel.scene_reset;
-        let before = self.before.replace(((generation, tick, reset), state.arms));
-        let follows = |of: &(u32, u64, u32)| *of == (generation, tick.wrapping_sub(1), reset);
-        let Some((_, before)) = before.filter(|(of, _)| follows(of)) else {
-            return Ok(());
+        let before = std::mem::replace(&mut self.before, (generation, tick, reset));
+        let verdict = if before == (generation, tick.wrapping_sub(1), reset) {
+            self.follow(state)
+        } else {
+            Ok(())
         };
-        let arms = before.iter().zip(state.arms()).enumerate();
-        for ((arm, (old, new)), joints) in arms.zip(&self.joints) {
-            for (joint, spec) in joints.iter().enumerate() {
-                step(spec, old, new, joint, state.has(FLAG_LOCKSTEP))
-                    .map_err(|why| format!("arm {arm}, joint {joint}: {why}"))?;
-            }
-            fail_if(new.limit_violations > 0, || {
-                format!("arm {arm} counts {} violations", new.limit_violations)
-            })?;
-        }
-        Ok(())
+        self.arms.clear();
+        self.arms.extend_from_slice(state.arms());
+        verdict
     }
 }
 

@@ -17,7 +17,7 @@ mod writers;
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use ipc_types::topic::Process;
+use ipc_types::topic::{Process, TopicId};
 use ipc_types::world::FLAG_ENDING;
 use ipc_types::{ArmCommand, ArmStatus, Decision, Health, OperatorReply, TraceLine, WorldState};
 use ipc_types::{Header, Wire};
@@ -44,6 +44,8 @@ pub enum Seen<'a> {
     Trace(&'a TraceLine),
     /// A sign of life.
     Health(Process, &'a Health),
+    /// What a reader used of a topic on which messages are disturbed.
+    Used(TopicId, &'a Header),
     /// A process started, ended, or said something.
     News(&'a News),
     /// A fault that had an effect.
@@ -232,7 +234,7 @@ impl Checks {
                 return self.note(moment.now_ns, &text);
             }
             Seen::GaveUp(why) => return self.note(moment.now_ns, &format!("given up: {why}")),
-            Seen::Asked(_) | Seen::Looked => return,
+            Seen::Asked(_) | Seen::Looked | Seen::Used(..) => return,
         };
         for value in [moment.now_ns, u64::from(header.generation), header.seq] {
             self.digest(value);

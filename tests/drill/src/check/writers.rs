@@ -21,6 +21,7 @@ const MESSAGES: usize = 5_000;
 pub(super) fn all(plan: &Plan) -> Vec<Box<dyn Check>> {
     let mut all: Vec<Box<dyn Check>> = vec![
         Box::new(Order::default()),
+        Box::new(Once::default()),
         Box::new(World::default()),
         Box::new(Resets::default()),
         Box::new(Decided::default()),
@@ -73,6 +74,31 @@ impl Check for Order {
             })?;
         }
         Ok(())
+    }
+}
+
+/// A reader uses each message once, and none after a newer one.
+#[derive(Default)]
+struct Once {
+    /// By topic: generation and number of the newest.
+    newest: BTreeMap<u32, (u32, u64)>,
+}
+
+impl Check for Once {
+    fn number(&self) -> u32 {
+        9
+    }
+
+    fn see(&mut self, moment: &Moment<'_>) -> Verdict {
+        let Seen::Used(topic, header) = moment.seen else {
+            return Ok(());
+        };
+        let new = (header.generation, header.seq);
+        let old = self.newest.insert(topic.code(), new);
+        fail_if(old >= Some(new), || {
+            let name = topic.service();
+            format!("a reader of {name} used message {new:?} after {old:?}")
+        })
     }
 }
 

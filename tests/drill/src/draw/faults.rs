@@ -1,5 +1,7 @@
 //! Draws faults.
 
+use ipc_types::topic::Process;
+
 use super::Draw;
 use crate::plan::{Fault, Plan, Timed};
 
@@ -45,11 +47,34 @@ pub(super) fn faults(draw: &mut Draw, plan: &Plan, arms: u8) -> Vec<Timed> {
                 // While it hangs, is stopped, or starts.
                 before.clone_into(process);
             }
+            let start = start_on(draw, at_us, &fault);
             faults.push(Timed { at_us, fault });
+            faults.extend(start.filter(|start| start.at_us < plan.horizon_ms * 1000));
         }
     }
     faults.sort_by_key(|timed| timed.at_us);
     faults
+}
+
+/// A kill of the process that reads the file which `fault` damages at `at_us`: files are read at a
+/// start, and a damaged record is soon replaced by a newer one.
+fn start_on(draw: &mut Draw, at_us: u64, fault: &Fault) -> Option<Timed> {
+    let Fault::DamageFile { file, .. } = fault else {
+        return None;
+    };
+    if draw.percent(20) {
+        return None;
+    }
+    // Its start takes 12 ms or more, so the damage may also fall into it.
+    let at_us = if draw.percent(50) {
+        at_us + draw.below(2_000)
+    } else {
+        at_us.saturating_sub(draw.below(10_000))
+    };
+    let process = file.split('.').next().unwrap_or_default().to_owned();
+    let effect = None;
+    let fault = Fault::Kill { process, effect };
+    Some(Timed { at_us, fault })
 }
 
 /// The same fault of the same process again and again; in lockstep mostly kills of the task, which
@@ -82,7 +107,7 @@ fn burst(draw: &mut Draw, plan: &Plan, arms: u8) -> Vec<Timed> {
 }
 
 fn fault(draw: &mut Draw, kind: usize, plan: &Plan, arms: u8) -> Fault {
-    let all = ipc_types::topic::Process::all(arms);
+    let all = Process::all(arms);
     let of = draw
         .one(&all)
         .map_or_else(String::new, |process| process.name());
@@ -126,7 +151,12 @@ fn fault(draw: &mut Draw, kind: usize, plan: &Plan, arms: u8) -> Fault {
         },
         13..=15 => disturbance(draw, kind, plan, arms),
         16 => Fault::Preempt {
-            process: of,
+            // Physics has the most effects in a turn, and the others wait for it.
+            process: if draw.percent(50) {
+                Process::Physics.name()
+            } else {
+                of
+            },
             for_ms: draw.log(20, 1_000),
             gap_us: draw.log(20, 900),
         },
@@ -153,6 +183,10 @@ fn disturbance(draw: &mut Draw, kind: usize, plan: &Plan, arms: u8) -> Fault {
             topic,
             after: after.max(1),
         },
-        _ => Fault::Repeat { topic, after },
+        _ => Fault::Repeat {
+            topic,
+            after,
+            count: u32::try_from(draw.log(1, 500)).unwrap_or(1),
+        },
     }
 }

@@ -130,7 +130,7 @@ impl Model {
         let mut spec = plan.spec(arms).map_err(|error| error.to_string())?;
         let script = script::parse_for(&plan.script.join("\n"), "script", &cell);
         spec.script = script.map_err(|error| error.to_string())?;
-        let site = MemorySite::new(arms);
+        let site = MemorySite::new(arms).without_recorder();
         let file = || MemoryFile::new(site.effects());
         let model = Self {
             requests: file(),
@@ -184,6 +184,11 @@ impl Model {
 
     pub(crate) fn bus(&self, generation: u32) -> Bus {
         Bus::in_memory(&self.site, RUN, generation)
+    }
+
+    /// The bus of a reader that does not disturb a process.
+    pub(crate) fn readers_bus(&self) -> Bus {
+        self.bus(1)
     }
 
     /// A bus on which every message comes as it was sent.

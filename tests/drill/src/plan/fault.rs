@@ -96,12 +96,15 @@ pub enum Fault {
         /// Chooses the bit.
         draw: u64,
     },
-    /// The next message of a topic comes twice.
+    /// The next messages of a topic come twice.
     Repeat {
         /// See [`super::topic`].
         topic: String,
-        /// Newer messages before it comes again.
+        /// Newer messages before each comes again; with 0 it comes when its reader has taken it.
         after: u32,
+        /// How many messages.
+        #[serde(default = "one")]
+        count: u32,
     },
     /// The next message of a topic comes after newer ones.
     Late {
@@ -119,6 +122,10 @@ pub enum Fault {
         /// For how long it has no core each time.
         gap_us: u64,
     },
+}
+
+fn one() -> u32 {
+    1
 }
 
 impl Fault {

@@ -12,16 +12,32 @@ pub enum Disturbance {
         /// Chooses the bit.
         draw: u64,
     },
-    /// It comes again after so many newer ones.
+    /// It comes again after so many newer ones, or as soon as a reader has taken it; so do those
+    /// that follow.
     Again {
         /// Newer ones.
         after: u32,
+        /// Messages of which each comes again.
+        count: u32,
     },
     /// It comes after so many newer ones only.
     Late {
         /// Newer ones.
         after: u32,
     },
+}
+
+impl Disturbance {
+    /// What happens to the message after that to which this happens.
+    pub(super) fn next(self) -> Option<Self> {
+        match self {
+            Self::Again { after, count } if count > 1 => {
+                let count = count - 1;
+                Some(Self::Again { after, count })
+            }
+            _ => None,
+        }
+    }
 }
 
 /// `message` with a flipped bit that its readers can tell, the first from the one that `draw`

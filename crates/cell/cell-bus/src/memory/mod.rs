@@ -50,6 +50,8 @@ struct Inner {
     now_ns: Rc<Cell<u64>>,
     effects: Effects,
     cut: Rc<Cut>,
+    /// Whether copies for a recorder are made also before it reads them.
+    has_recorder: Cell<bool>,
 }
 
 #[derive(Debug)]
@@ -81,11 +83,19 @@ impl MemorySite {
             cut: Rc::new(Cut::new(&now_ns)),
             now_ns,
             effects: Effects::default(),
+            has_recorder: Cell::new(true),
         });
         Self {
             inner,
             is_faithful: false,
         }
+    }
+
+    /// The same site for a cell that no recorder joins: its copies have no content. To send one is
+    /// an effect as before.
+    pub fn without_recorder(self) -> Self {
+        self.inner.has_recorder.set(false);
+        self
     }
 
     /// The same site for a reader that sees what was sent, whatever happens to it on its way.

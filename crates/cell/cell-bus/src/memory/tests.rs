@@ -50,8 +50,11 @@ fn every_damaged_bit_of_a_message_that_a_reader_can_tell_costs_that_message() {
 
 #[test]
 fn a_message_that_comes_again_is_used_once_and_a_late_one_not_at_all() {
-    for after in 0..3 {
-        assert_eq!(used(Disturbance::Again { after }).0, [1, 2, 3, 4, 5]);
+    for (after, count) in [(0, 1), (1, 1), (2, 1), (0, 3), (1, 3)] {
+        let (used, reader) = used(Disturbance::Again { after, count });
+        assert_eq!(used, [1, 2, 3, 4, 5]);
+        let came_again = u64::from(count.min(3 - after));
+        assert_eq!(reader.counts().fenced, came_again, "{count} after {after}");
     }
     for after in 1..3 {
         assert_eq!(used(Disturbance::Late { after }).0, [1, 2, 4, 5]);
@@ -61,7 +64,7 @@ fn a_message_that_comes_again_is_used_once_and_a_late_one_not_at_all() {
 #[test]
 fn no_port_has_nothing_to_disturb() {
     let site = MemorySite::new(1);
-    let again = Disturbance::Again { after: 0 };
+    let again = Disturbance::Again { after: 0, count: 1 };
     assert!(!site.disturb(TopicId::WorldState, again));
     assert!(!site.disturb(TopicId::ArmStatus(1), again));
     let bus = Bus::in_memory(&site, 1, 1);

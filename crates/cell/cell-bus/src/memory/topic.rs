@@ -21,6 +21,8 @@ pub(super) struct Topic<T> {
     /// What happens to the next message.
     disturbance: Rc<Cell<Option<Disturbance>>>,
     readers: RefCell<Vec<Weak<Inbox<T>>>>,
+    /// Readers so far.
+    joined: Cell<u64>,
     writers: Cell<usize>,
     /// Writers so far, each of which has the number as its id.
     opened: Cell<u128>,
@@ -32,6 +34,7 @@ impl<T> Topic<T> {
             limits,
             disturbance,
             readers: RefCell::default(),
+            joined: Cell::new(0),
             writers: Cell::new(0),
             opened: Cell::new(0),
         }
@@ -51,6 +54,17 @@ struct Inbox<T> {
 struct Queue<T> {
     writer: u128,
     messages: VecDeque<Rc<T>>,
+    /// Comes again once it was taken, unless a newer one came meanwhile.
+    again: Option<Rc<T>>,
+}
+
+impl<T> Queue<T> {
+    fn take(&mut self) -> Option<Rc<T>> {
+        let message = self.messages.pop_front()?;
+        let again = self.again.take_if(|again| Rc::ptr_eq(again, &message));
+        self.messages.extend(again);
+        Some(message)
+    }
 }
 
 /// Keeps the newest `most` messages of `queue`.
@@ -59,6 +73,17 @@ fn push<T>(queue: &mut VecDeque<Rc<T>>, message: &Rc<T>, most: usize) {
     while queue.len() > most {
         queue.pop_front();
     }
+}
+
+/// To whom a message is delivered, and how often.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Delivery {
+    /// Once to readers that get what was sent.
+    Faithful,
+    /// Once to all others.
+    Once,
+    /// Twice to all others, the second time when they have taken it.
+    Twice,
 }
 
 /// Places that a writer keeps: more than its readers and its history hold of most topics.
@@ -75,6 +100,8 @@ struct Connections<T> {
     id: u128,
     history: RefCell<VecDeque<Rc<T>>>,
     readers: RefCell<Vec<Weak<Inbox<T>>>>,
+    /// Readers that had joined at the last look.
+    joined: Cell<u64>,
     /// Messages on their way, and how many newer ones come before each.
     held: RefCell<Vec<(u32, Rc<T>)>>,
     /// Places of messages; one without another owner is free.
@@ -92,6 +119,7 @@ impl<T: Message> Outlet<T> {
             id,
             history: RefCell::default(),
             readers: RefCell::default(),
+            joined: Cell::new(0),
             held: RefCell::default(),
             places: RefCell::default(),
         }))
@@ -101,6 +129,10 @@ impl<T: Message> Outlet<T> {
 impl<T> Connections<T> {
     /// Gives the history to readers that joined.
     fn update(&self) {
+        let joined = self.topic.joined.get();
+        if self.joined.replace(joined) == joined {
+            return;
+        }
         let mut known = self.readers.borrow_mut();
         known.retain(|reader| reader.strong_count() > 0);
         for reader in self.topic.readers.borrow().iter() {
@@ -113,6 +145,7 @@ impl<T> Connections<T> {
             let mut queue = Queue {
                 writer: self.id,
                 messages: VecDeque::new(),
+                again: None,
             };
             for message in self.history.borrow().iter() {
                 push(&mut queue.messages, message, self.topic.limits.depth);
@@ -122,15 +155,17 @@ impl<T> Connections<T> {
         }
     }
 
-    /// Puts `message` into the queues of readers: those that get what was sent, or the others.
-    fn deliver(&self, message: &Rc<T>, is_faithful: bool) {
+    /// Puts `message` into the queues of readers.
+    fn deliver(&self, message: &Rc<T>, delivery: Delivery) {
         let depth = self.topic.limits.depth;
+        let is_faithful = delivery == Delivery::Faithful;
         let readers = self.readers.borrow();
         let readers = readers.iter().filter_map(Weak::upgrade);
         for reader in readers.filter(|reader| reader.is_faithful == is_faithful) {
             for queue in reader.queues.borrow_mut().iter_mut() {
                 if queue.writer == self.id {
                     push(&mut queue.messages, message, depth);
+                    queue.again = (delivery == Delivery::Twice).then(|| message.clone());
                 }
             }
         }
@@ -143,7 +178,7 @@ impl<T> Connections<T> {
             *after = after.saturating_sub(1);
         }
         for (_, message) in held.extract_if(.., |(after, _)| *after == 0) {
-            self.deliver(&message, false);
+            self.deliver(&message, Delivery::Once);
         }
     }
 }
@@ -151,15 +186,19 @@ impl<T> Connections<T> {
 impl<T: Message> Connections<T> {
     fn send(&self, message: &Rc<T>) {
         self.update();
-        self.deliver(message, true);
-        match self.topic.disturbance.take() {
-            None => self.deliver(message, false),
+        self.deliver(message, Delivery::Faithful);
+        let disturbance = self.topic.disturbance.take();
+        let next = disturbance.and_then(Disturbance::next);
+        self.topic.disturbance.set(next);
+        match disturbance {
+            None => self.deliver(message, Delivery::Once),
             Some(Disturbance::Damage { draw }) => {
                 let damaged = damaged(message.as_ref(), draw).map(Rc::new);
-                self.deliver(damaged.as_ref().unwrap_or(message), false);
+                self.deliver(damaged.as_ref().unwrap_or(message), Delivery::Once);
             }
-            Some(Disturbance::Again { after }) => {
-                self.deliver(message, false);
+            Some(Disturbance::Again { after: 0, .. }) => self.deliver(message, Delivery::Twice),
+            Some(Disturbance::Again { after, .. }) => {
+                self.deliver(message, Delivery::Once);
                 self.held.borrow_mut().push((after + 1, message.clone()));
             }
             Some(Disturbance::Late { after }) => {
@@ -183,6 +222,8 @@ impl<T> Drop for Outlet<T> {
 /// A message that is being written.
 pub(crate) struct Sheet<T> {
     message: Rc<T>,
+    /// Whether somebody may read it.
+    is_read: bool,
     connections: Rc<Connections<T>>,
 }
 
@@ -197,8 +238,18 @@ impl<T: Message> writer::Outlet for Outlet<T> {
         let place = free.map(|free| places.swap_remove(free));
         Ok(Sheet {
             message: place.unwrap_or_else(|| Rc::new(T::zeroed())),
+            is_read: true,
             connections: self.0.clone(),
         })
+    }
+
+    fn copy_of(&self, message: &T) -> Result<Sheet<T>, PublishError> {
+        let mut copy = self.loan()?;
+        copy.is_read = self.0.site.inner.has_recorder.get();
+        if copy.is_read {
+            *copy.message() = *message;
+        }
+        Ok(copy)
     }
 
     fn update_connections(&self) -> bool {
@@ -221,7 +272,12 @@ impl<T: Message> Loan<T> for Sheet<T> {
         let site = &self.connections.site;
         if site.effects().happens() {
             let (connections, message) = (self.connections.clone(), self.message.clone());
-            site.inner.cut.pass(move || connections.send(&message));
+            let is_read = self.is_read;
+            site.inner.cut.pass(move || {
+                if is_read {
+                    connections.send(&message);
+                }
+            });
         }
         let mut places = self.connections.places.borrow_mut();
         if places.len() < PLACES {
@@ -249,6 +305,7 @@ impl<T: Message> Inlet<T> {
         let mut readers = topic.readers.borrow_mut();
         readers.retain(|reader| reader.strong_count() > 0);
         readers.push(Rc::downgrade(&inbox));
+        topic.joined.update(|joined| joined + 1);
         drop(readers);
         Self {
             topic,
@@ -265,14 +322,13 @@ impl<T: Message> reader::Inlet for Inlet<T> {
     fn receive(&mut self) -> Result<Option<(u128, Rc<T>)>, NoConnection> {
         let mut inbox = self.inbox.queues.borrow_mut();
         if let [only] = inbox.as_mut_slice() {
-            let message = only.messages.pop_front();
-            return Ok(message.map(|message| (only.writer, message)));
+            return Ok(only.take().map(|message| (only.writer, message)));
         }
         // Messages of several writers come in any order.
         let count = inbox.len();
         let first = self.looks % count.max(1);
         self.looks += 1;
-        let next = |queue: &mut Queue<T>| Some((queue.writer, queue.messages.pop_front()?));
+        let next = |queue: &mut Queue<T>| Some((queue.writer, queue.take()?));
         let (before, from) = inbox.split_at_mut(first);
         Ok(from.iter_mut().chain(before).find_map(next))
     }
