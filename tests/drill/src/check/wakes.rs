@@ -21,11 +21,15 @@ pub(super) fn all(plan: &Plan) -> Vec<Box<dyn Check>> {
     if plan.lockstep || !plan.script.is_empty() {
         return Vec::new();
     }
-    vec![Box::new(Wakes::default())]
+    // Without a monitor, which may start late, the task is not started.
+    vec![Box::new(Wakes {
+        due: None,
+        quiet_ns: 0,
+        is_away: true,
+    })]
 }
 
 /// The decision on a state follows within milliseconds, unless something keeps the task from it.
-#[derive(Default)]
 struct Wakes {
     /// Generation and tick of a state that asks for a decision, and when it was published (ns).
     due: Option<(u32, u64, u64)>,

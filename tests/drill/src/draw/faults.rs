@@ -167,8 +167,8 @@ fn fault(draw: &mut Draw, kind: usize, plan: &Plan, arms: u8) -> Fault {
     }
 }
 
-/// What happens to one message. In lockstep none may be lost or late: every process waits for
-/// every message, on memory that keeps it.
+/// What happens to messages. In lockstep none may be lost or late: every process waits for every
+/// message, on memory that keeps it. One that comes again after a newer one may displace a third.
 fn disturbance(draw: &mut Draw, kind: usize, plan: &Plan, arms: u8) -> Fault {
     let topics = crate::plan::topics(arms);
     let topic = draw.one(&topics).map(|(name, _)| name.clone());
@@ -185,7 +185,7 @@ fn disturbance(draw: &mut Draw, kind: usize, plan: &Plan, arms: u8) -> Fault {
         },
         _ => Fault::Repeat {
             topic,
-            after,
+            after: if plan.lockstep { 0 } else { after },
             count: u32::try_from(draw.log(1, 500)).unwrap_or(1),
         },
     }

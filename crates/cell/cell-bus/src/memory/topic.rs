@@ -62,7 +62,10 @@ impl<T> Queue<T> {
     fn take(&mut self) -> Option<Rc<T>> {
         let message = self.messages.pop_front()?;
         let again = self.again.take_if(|again| Rc::ptr_eq(again, &message));
-        self.messages.extend(again);
+        // It must not displace a newer one, which lockstep waits for.
+        if self.messages.is_empty() {
+            self.messages.extend(again);
+        }
         Some(message)
     }
 }
