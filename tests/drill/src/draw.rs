@@ -52,7 +52,7 @@ const LAUNCHER_READS_MS: u64 = 30;
 const LOCKSTEP_RECOVERS_MS: u64 = 26_000;
 
 /// One plan of the level `loops` in so many is of minutes, where plans may be as long as this (ms).
-const SILENT: u64 = 200;
+const SILENT: u64 = 50;
 const SILENT_FROM_MS: u64 = 4_000;
 /// Longer than a counter of 16 bits counts (ms).
 const SILENCE_MS: u64 = 66_000;
