@@ -1,6 +1,7 @@
 //! Loads between fingers do not slip, up to the friction of the pads.
 
 use cell_model::{Cell, Data, Robot, Shape};
+use nalgebra::{Isometry3, Vector3};
 
 use crate::support::Rig;
 
@@ -13,16 +14,21 @@ const FORCE_RIGHT: f64 = 0.05;
 
 /// A robot whose hand is around a box of `mass` in the middle of the table.
 fn holding(robot: &str, mass: f64, friction: f64, size_m: [f64; 3]) -> Rig {
+    let pose = Isometry3::translation(0.5, 0.0, 0.5 * size_m[2]);
+    holding_shape(robot, mass, friction, Shape::Box { size_m }, pose)
+}
+
+fn holding_shape(robot: &str, mass: f64, friction: f64, shape: Shape, pose: Isometry3<f64>) -> Rig {
     let data = Data::checkout();
     let mut cell = Cell::load(&data, "cube", 1, None).unwrap();
     cell.arms[0].robot = Robot::load(&data, robot).unwrap();
     let object = &mut cell.objects[0];
-    object.shape = Shape::Box { size_m };
+    object.shape = shape;
     (object.mass, object.friction) = (mass, friction);
-    object.pose = nalgebra::Isometry3::translation(0.5, 0.0, 0.5 * size_m[2]);
+    object.pose = pose;
     let mut rig = Rig::with(cell);
     rig.force = FORCE_N;
-    rig.pick(0, 0.3);
+    rig.pick_at(pose.translation.vector.into(), 0.3);
     rig
 }
 
@@ -78,6 +84,50 @@ fn thin_things_are_held_with_the_whole_force() {
         assert!(
             (gripper.grip_force / FORCE_N - 1.0).abs() < FORCE_RIGHT,
             "{said}"
+        );
+    }
+}
+
+/// Round things that the pads touch along a line neither slip nor swing about it.
+#[test]
+fn round_things_are_held_still() {
+    let lying = |radius: f64| {
+        let along_x = super::scene::about(Vector3::y_axis(), 90.0);
+        Isometry3::translation(0.5, 0.0, radius + 0.0001) * along_x
+    };
+    let cylinder = |radius_m: f64, height_m: f64| Shape::Cylinder { radius_m, height_m };
+    let things = [
+        (
+            "a can",
+            0.015,
+            cylinder(0.033, 0.115),
+            Isometry3::translation(0.5, 0.0, 0.0575),
+        ),
+        ("a rod", 0.045, cylinder(0.01, 0.06), lying(0.01)),
+        (
+            "a capsule",
+            0.045,
+            Shape::Capsule {
+                radius_m: 0.01,
+                height_m: 0.04,
+            },
+            lying(0.01),
+        ),
+    ];
+    for (name, mass, shape, pose) in things {
+        let mut rig = holding_shape("panda", mass, 0.6, shape, pose);
+        rig.stay(500);
+        let start = rig.object_in_hand(0);
+        let (mut way, mut turn) = (0.0_f64, 0.0_f64);
+        for _ in 0..150 {
+            rig.stay(100);
+            let now = rig.object_in_hand(0);
+            way = way.max((now.translation.vector - start.translation.vector).norm());
+            turn = turn.max(now.rotation.angle_to(&start.rotation).to_degrees());
+        }
+        assert!(
+            way < 0.1e-3 && turn < 0.5,
+            "{name}: {way} m, {turn} degrees"
         );
     }
 }

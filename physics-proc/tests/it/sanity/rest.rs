@@ -1,6 +1,7 @@
 //! Objects at rest on a plane stay where they are.
 
-use nalgebra::{Translation3, Vector3};
+use cell_model::Shape;
+use nalgebra::{Isometry3, Translation3, Vector3};
 
 use super::scene::{FRICTION, Scene, about, box_of, every_shape};
 
@@ -55,5 +56,32 @@ fn every_shape_stays_where_it_lies_for_a_minute() {
                 check(arm, slope, yaw, 60.0);
             }
         }
+    }
+}
+
+/// Dropped at each edge of a block, with their centres 20 to 60 mm within it.
+#[test]
+fn cylinders_that_overhang_an_edge_come_to_rest() {
+    let mut scene = Scene::new(false);
+    let mut placed = Vec::new();
+    for (index, inside) in [0.02, 0.03, 0.04, 0.06].into_iter().enumerate() {
+        let block = Isometry3::translation(index as f64 - 1.5, 0.0, 0.2);
+        scene.fixture("block", box_of([0.6, 0.6, 0.4]), block, FRICTION);
+        let at = 0.3 - inside;
+        for (x, y) in [(at, 0.0), (-at, 0.0), (0.0, at), (0.0, -at)] {
+            let shape = Shape::Cylinder {
+                radius_m: 0.06,
+                height_m: 0.12,
+            };
+            placed.push(scene.object(shape, 0.3, block * Translation3::new(x, y, 0.4)));
+        }
+    }
+    let mut running = scene.start();
+    running.run(1.0);
+    let before: Vec<_> = placed.iter().map(|object| running.place(*object)).collect();
+    running.run(5.0);
+    for (object, before) in placed.into_iter().zip(before) {
+        let way = (running.place(object) - before).norm();
+        assert!(way < AT_REST_M, "{before:?} moved {way} m");
     }
 }
