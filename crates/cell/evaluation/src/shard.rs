@@ -12,11 +12,33 @@ pub const MAX_SHARDS: u64 = 1_000_000;
 /// Part `index` of `count`, from 1: every `count`-th seed, so that all parts take about as
 /// long.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+// A row file of a person may have other numbers: 0 would divide by zero, and a huge count never end.
+#[serde(try_from = "Numbers")]
 pub struct Shard {
     /// 1 to `count`.
     pub index: u64,
     /// 1 to [`MAX_SHARDS`].
     pub count: u64,
+}
+
+/// The fields of a [`Shard`] as a file has them.
+#[derive(Deserialize)]
+struct Numbers {
+    index: u64,
+    count: u64,
+}
+
+impl TryFrom<Numbers> for Shard {
+    type Error = String;
+
+    fn try_from(Numbers { index, count }: Numbers) -> Result<Self, String> {
+        let is_known = (1..=MAX_SHARDS).contains(&count) && (1..=count).contains(&index);
+        let allowed =
+            || format!("shard {index}/{count}: I/N has I from 1 to N, and N up to {MAX_SHARDS}");
+        is_known
+            .then_some(Self { index, count })
+            .ok_or_else(allowed)
+    }
 }
 
 impl Shard {
@@ -73,6 +95,25 @@ impl FromStr for Shard {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_file_with_a_shard_that_cannot_be_is_refused() {
+        for (index, count) in [
+            (0, 1),
+            (1, 0),
+            (3, 2),
+            (1, MAX_SHARDS + 1),
+            (u64::MAX, u64::MAX),
+        ] {
+            let text = format!(r#"{{"index": {index}, "count": {count}}}"#);
+            let why = serde_json::from_str::<Shard>(&text)
+                .unwrap_err()
+                .to_string();
+            assert!(why.contains(&format!("shard {index}/{count}")), "{why}");
+        }
+        let one = serde_json::from_str::<Shard>(r#"{"index": 2, "count": 2}"#).unwrap();
+        assert_eq!(one, Shard { index: 2, count: 2 });
+    }
 
     #[test]
     fn shards_of_any_number_are_disjoint_and_complete() {

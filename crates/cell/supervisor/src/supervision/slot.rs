@@ -53,6 +53,8 @@ pub(super) struct Slot {
     spawned_at: u64,
     crashes: VecDeque<u64>,
     hung_starts: u32,
+    /// The limit that the last of them had (s).
+    ready_s: u64,
     /// Lives shorter than [`exits::LONG_LIFE`] in a row.
     short_lives: u32,
     /// The next exit was asked for and counts as no crash.
@@ -84,6 +86,7 @@ impl Slot {
             spawned_at: 0,
             crashes: VecDeque::new(),
             hung_starts: 0,
+            ready_s: 0,
             short_lives: 0,
             commanded: false,
             dying: false,
@@ -252,7 +255,11 @@ impl Slot {
         }
         let what = if self.state == Lifecycle::Starting {
             self.hung_starts += 1;
-            "gave no sign of life within 2 s of its start".to_owned()
+            self.ready_s = limit / (1_000 * MS);
+            format!(
+                "gave no sign of life within {} s of its start",
+                self.ready_s
+            )
         } else {
             format!("hangs: no new cycle for {} ms", self.silent_ns / MS)
         };

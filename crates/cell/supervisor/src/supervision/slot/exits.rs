@@ -110,7 +110,8 @@ impl Slot {
         }
         if self.hung_starts >= MAX_HUNG_STARTS {
             return Some(format!(
-                "{MAX_HUNG_STARTS} starts in a row gave no sign of life within 2 s"
+                "{MAX_HUNG_STARTS} starts in a row gave no sign of life within {} s",
+                self.ready_s
             ));
         }
         let is_short = now.saturating_sub(self.spawned_at) < LONG_LIFE;
