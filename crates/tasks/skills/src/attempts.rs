@@ -3,7 +3,7 @@
 use behavior::Status;
 use grasp::{Exclusion, arm_in_the_way};
 use ipc_types::Pose;
-use ipc_types::equipment::BreakCause;
+use ipc_types::equipment::{BreakCause, BreakLimit};
 use robocell_task::job::Attempts;
 use robocell_task::{PolicyTime, Reason, TraceEvent};
 
@@ -203,12 +203,20 @@ impl World<'_> {
 
     /// How the last grip of the cup broke.
     fn breaking(&self) -> Option<String> {
-        let gripper = &self.observation.arm(self.arm)?.gripper;
-        let limit_n = self.arm_setup()?.suction_limit_n?;
+        let (arm, gripper) = (self.arm_setup()?, &self.observation.arm(self.arm)?.gripper);
         let (limit, cause) = (suction::break_limit(gripper), suction::break_cause(gripper));
+        let of = match BreakLimit::from_code(gripper.break_limit) {
+            Some(BreakLimit::Torque) => {
+                let limit_n_m = arm.suction_limit_n_m?;
+                format!("{:.1} N m of {limit_n_m:.1} N m", gripper.peak_torque)
+            }
+            _ => format!(
+                "{:.0} N of {:.0} N",
+                gripper.peak_force, arm.suction_limit_n?
+            ),
+        };
         Some(format!(
-            "the grip broke at its {limit} limit ({cause}), {:.0} N of {limit_n:.0} N",
-            gripper.peak_force
+            "the grip broke at its {limit} limit ({cause}), {of}"
         ))
     }
 

@@ -134,9 +134,10 @@ fn attach(step: &mut Step, object: Option<usize>, world: &mut World<'_>) -> Stat
     } else if step.switched.is_some() {
         world.stay(GripperGoal::Close);
     }
-    match missed || past(since) {
-        true => Status::Failure,
-        false => Status::Running,
+    if missed || past(since) {
+        Status::Failure
+    } else {
+        Status::Running
     }
 }
 

@@ -43,8 +43,9 @@ pub mod reason {
     pub const NOT_REACHED: &str = "object_not_reached";
     /// The arm did not arrive above with the object, again and again.
     pub const CANNOT_BE_LIFTED: &str = "object_cannot_be_lifted";
-    /// The object left the gripper in the lift, again and again.
-    pub const LOST: &str = "object_lost";
+    /// The object left the gripper in the lift, or its grip broke on the way to its place, again and
+    /// again.
+    pub const LOST: &str = crate::place::reason::LOST;
     /// The weight of the object exceeds the limit of the cup.
     pub const TOO_HEAVY: &str = "object_too_heavy";
     /// All of them.

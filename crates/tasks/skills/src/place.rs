@@ -13,6 +13,7 @@ use crate::motion::rise;
 use crate::pose::{KeptPose, wire};
 use crate::progress::Progress;
 use crate::set_down::Destination;
+use crate::setup::Tool;
 use crate::skill::Skill;
 use crate::world::{Drive, World};
 
@@ -42,6 +43,9 @@ pub mod reason {
     pub const NOT_REACHED: &str = "place_not_reached";
     /// The object in the gripper is not the one to be picked, and cannot be brought back.
     pub const HOLDS_ANOTHER: &str = "gripper_holds_another_object";
+    /// The object left the gripper in the lift, or its grip broke on the way to its place, again and
+    /// again. In the list of [`crate::pick::reason`].
+    pub const LOST: &str = "object_lost";
     /// All of them.
     pub const ALL: &[&str] = &[
         CANNOT_BE_PLACED,
@@ -156,10 +160,14 @@ impl Bring {
             }
         }
         if world.is_lost(self.object, &mut progress.missed) {
-            if let Some(broken) = world.broken_grip(self.object) {
-                world.note_retry(self.object, &format!("was lost: {}", broken.why));
-            }
-            return Status::Failure;
+            // A grip that breaks again and again is a failure; what a person takes is not.
+            return match world.broken_grip(self.object) {
+                Some(broken) => {
+                    let why = format!("was lost: {}", broken.why);
+                    self.failed(reason::LOST, &why, world)
+                }
+                None => Status::Failure,
+            };
         }
         if let Some(status) = self.aim(progress, world) {
             return status;
@@ -178,7 +186,12 @@ impl Bring {
         let drive = match progress.stage {
             RISE => rise_to(to, progress, world),
             CARRY => above(&goal, &travel),
-            _ => Drive::precise(goal, GripperGoal::Close),
+            // A cup lets go near the goal, as soon as the object touches: an arm that comes to rest
+            // there presses it on, and the grip of a load near its limit breaks.
+            _ => Drive {
+                at_rest: world.tool() != Tool::Suction,
+                ..Drive::precise(goal, GripperGoal::Close)
+            },
         };
         if world.drive(&mut progress.step, &drive.near(Some(self.object))) {
             progress.next();

@@ -33,8 +33,9 @@ fn the_arm_rests_until_the_first_decision_about_the_new_scene_and_then_moves_as_
     let ticks = 1_000;
     let fresh = setpoints("", ticks);
     let reset = setpoints(r#"{"at_s": 4.5, "do": "reset"}"#, DECIDED + ticks);
-    for tick in RESET + 1..=DECIDED {
-        let moved = off(&reset[tick], &fresh[0]);
+    let ticks_between = reset.iter().enumerate().take(DECIDED + 1);
+    for (tick, joints) in ticks_between.skip(RESET + 1) {
+        let moved = off(joints, &fresh[0]);
         assert!(
             moved < 1.0e-6,
             "tick {tick}: {moved} rad by an old decision"

@@ -119,3 +119,13 @@ fn a_load_of_four_fifths_of_the_limit_is_lifted_and_carried() {
     assert_eq!(ended.breaks, 0, "{peak_n} N: {lines}");
     assert!(!lines.contains("[retry]"), "{lines}");
 }
+
+#[test]
+fn a_load_of_four_fifths_of_the_limit_is_set_down() {
+    let nodes = r#"{"id": "pick", "type": "Pick", "ports": {"object": "box"}},
+        {"id": "place", "type": "Place", "ports": {"object": "box", "place": "mark"}}"#;
+    let ended = run("setdown", 4.0, nodes);
+    let (lines, peak_n) = (&ended.lines, ended.peak_n);
+    assert_eq!(ended.outcome, Some(Outcome::Done), "{peak_n} N: {lines}");
+    assert_eq!(ended.breaks, 0, "{peak_n} N: {lines}");
+}

@@ -100,6 +100,8 @@ pub struct ArmSetup {
     pub tool: Tool,
     /// Force at which the grip of its cup breaks (N); `None` without a cup.
     pub suction_limit_n: Option<f64>,
+    /// Torque at which it breaks (N m).
+    pub suction_limit_n_m: Option<f64>,
     /// An object farther from the base in the plane is out of reach (m).
     pub reach_m: f64,
     /// Pose of the TCP while the arm waits for a zone in which another arm works: the pose at
@@ -147,6 +149,7 @@ impl ArmSetup {
             home,
             tool: Tool::of(&spec.robot),
             suction_limit_n: spec.robot.suction.as_ref().map(|cup| cup.force_limit),
+            suction_limit_n_m: spec.robot.suction.as_ref().map(|cup| cup.torque_limit),
             reach_m: reach(&spec.robot),
         }
     }
