@@ -7,7 +7,9 @@ use supervisor::failure::Failure;
 use crate::cli::{AssetsArgs, AssetsVerb, BenchArgs, Cli, Command, ExportArgs, SpheresArgs};
 use crate::eval;
 use crate::progress::Progress;
-use crate::{camera, chaos, client, complete, man, new, plot, record, replay, run, task_program};
+use crate::{
+    camera, chaos, client, complete, man, new, plot, record, replay, run, schema, task_program,
+};
 
 /// Does what the command line says.
 pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
@@ -45,7 +47,7 @@ pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
         Command::AddBin(args) => client::add_bin(args),
         Command::Bt(args) => client::tree(args),
         Command::Fsm(args) => client::behaviour("fsm", &args.verb),
-        Command::Schema(args) => client::schema(args),
+        Command::Schema(args) => schema::schema(args),
         Command::Bench(args) => run_bench(args),
         Command::Chaos(args) => chaos::chaos(args),
         Command::Eval(args) => eval::run(args),

@@ -203,7 +203,7 @@ impl Arm {
         // Checked now: in a decision of a cell without a policy no caller would get the
         // exception.
         skill.check_names(&inner.decision)?;
-        inner.tell(self.index, Command::Skill(skill, None))
+        inner.tell(self.index, Command::Skill(Box::new(skill), None))
     }
 
     /// How the skill of [`Arm::begin`] ended.

@@ -32,7 +32,7 @@ pub(crate) enum Command {
     /// No motion.
     Hold,
     /// The steps of a skill; how it ended.
-    Skill(Work, Option<Status>),
+    Skill(Box<Work>, Option<Status>),
 }
 
 /// Part of [`Command::Pose`].

@@ -1,22 +1,19 @@
-//! `robocell bt`, `fsm` and `schema`: what a policy is made of, and how it runs.
+//! `robocell bt` and `fsm`: what a policy is made of, and how it runs.
 
 use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use cell_model::runs::wire;
 use cell_rt::stdout;
 use supervisor::failure::{Context, Failure};
 
 use super::columns::terminal_width;
 use super::import;
 use super::top::View;
-use crate::cli::{
-    BehaviourVerb, CheckArgs, DataArgs, SchemaArgs, SchemaKind, ShowArgs, TreeArgs, TreeVerb,
-};
-use crate::client::Session;
+use crate::cli::{BehaviourVerb, CheckArgs, DataArgs, ShowArgs, TreeArgs, TreeVerb};
+use crate::client::session::Session;
 use crate::run::plan;
-use crate::{output_schema, say, task_program};
+use crate::{say, task_program};
 
 /// How often a running behaviour is looked at.
 const LOOK: Duration = Duration::from_millis(100);
@@ -43,25 +40,6 @@ pub(crate) fn behaviour(kind: &str, verb: &BehaviourVerb) -> Result<(), Failure>
         BehaviourVerb::Show(show) => draw(kind, show),
         BehaviourVerb::Check(check) => checked(kind, check),
     }
-}
-
-/// Prints the JSON Schema of a kind of file.
-pub(crate) fn schema(args: &SchemaArgs) -> Result<(), Failure> {
-    if args.what == SchemaKind::Output {
-        return output_schema::print_schema(args.name, args.program.task.as_deref());
-    }
-    if args.name.is_some() {
-        let what = args.what.word();
-        return Err(Failure::usage(format!("`schema {what}` takes no name")));
-    }
-    if args.what == SchemaKind::Wire {
-        say::line(format_args!("{:#}", wire::schema()));
-        return Ok(());
-    }
-    let program = found(args.program.task.as_deref())?;
-    let what = args.what.word();
-    let question = format!("the schema of a {what}");
-    task_program::answer(program.as_deref(), &question, &["schema", what])
 }
 
 fn checked(kind: &str, args: &CheckArgs) -> Result<(), Failure> {

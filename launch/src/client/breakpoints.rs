@@ -8,9 +8,9 @@ use ipc_types::operator::OperatorAction;
 use serde_json::json;
 use supervisor::failure::Failure;
 
-use super::Session;
 use super::follow::Follower;
 use super::operate::{ask_physics, request};
+use super::session::Session;
 use super::top::View;
 use super::watched::Trace;
 use crate::cli::BreakArgs;

@@ -7,8 +7,10 @@ use ipc_types::WorldState;
 use ipc_types::topic::TopicId;
 use supervisor::failure::{Context, Failure};
 
-use super::Session;
-use super::operate::PATIENCE;
+use super::session::Session;
+
+/// Physics answers within a tick; a busy machine needs longer.
+pub(super) const PATIENCE: Duration = Duration::from_secs(2);
 
 /// A state is published at least this often, or physics does not run.
 const SILENCE: Duration = Duration::from_secs(10);

@@ -3,10 +3,10 @@
 use grasp::{GraspReport, GraspRow};
 use supervisor::failure::Failure;
 
-use super::Session;
 use super::columns::{Column, table, terminal_width};
 use super::follow::Follower;
 use super::operate::object_index;
+use super::session::Session;
 use crate::cli::GraspArgs;
 use crate::{output, say};
 

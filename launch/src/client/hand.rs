@@ -12,10 +12,10 @@ use ipc_types::topic::TopicId;
 use ipc_types::{ArmStatus, GripperGoal, Pose, WorldState};
 use supervisor::failure::Failure;
 
-use super::Session;
 use super::approach::{Approach, Arrival, MOST_S};
-use super::follow::Follower;
-use super::operate::{PATIENCE, ask_physics, request, tell};
+use super::follow::{Follower, PATIENCE};
+use super::operate::{ask_physics, request, tell};
+use super::session::Session;
 use crate::cli::{GripperArgs, GripperVerb, TargetArgs};
 use crate::say;
 

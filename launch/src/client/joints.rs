@@ -5,11 +5,11 @@ use ipc_types::world::FLAG_PAUSED;
 use ipc_types::{ArmState, MAX_JOINTS, WorldState};
 use supervisor::failure::Failure;
 
-use super::Session;
 use super::approach::{AWAY_TICKS, Arrival, REST, REST_TICKS, contact_since};
 use super::follow::Follower;
 use super::hand::{contact_stop, in_parentheses, not_reached, state_of_led_cell};
 use super::operate::{ask_physics, request};
+use super::session::Session;
 use crate::cli::JointsArgs;
 use crate::say;
 

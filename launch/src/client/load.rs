@@ -6,7 +6,7 @@ use cell_model::runs::spec::Speed;
 use supervisor::control::{Request, ask};
 use supervisor::failure::{Code, Failure};
 
-use super::Session;
+use super::session::Session;
 use crate::cli::LoadArgs;
 use crate::say;
 

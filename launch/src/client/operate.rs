@@ -12,17 +12,15 @@ use ipc_types::{Decision, OperatorReply, OperatorRequest, WorldState};
 use supervisor::control::{Reply, Request, ask};
 use supervisor::failure::{Context, Failure};
 
-use super::Session;
-use super::follow::Follower;
+use super::follow::{Follower, PATIENCE};
 use super::picture::Picture;
+use super::session::Session;
 use crate::cli::{
     AddBinArgs, CellArgs, DragArgs, DropPartsArgs, SpeedArgs, StepArgs, TaskArgs, TaskVerb,
 };
 use crate::say;
 use crate::suggestion::did_you_mean;
 
-/// Physics answers within a tick; a busy machine needs longer.
-pub(super) const PATIENCE: Duration = Duration::from_secs(2);
 /// A request shows in the state within this many ticks.
 const TAKES_EFFECT_TICKS: u64 = 20;
 /// An orderly stop takes at most a second for each process.

@@ -9,7 +9,7 @@ use ipc_types::world::FLAG_PAUSED;
 use ipc_types::{ArmStatus, Decision, Health, WorldState};
 use supervisor::failure::{Context, Failure};
 
-use super::Session;
+use super::session::Session;
 
 /// How long the first messages are waited for, and half of the time after which a process counts as
 /// silent; health arrives at 100 Hz.

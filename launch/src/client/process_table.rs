@@ -1,7 +1,28 @@
 //! The processes of a cell as a table, for `status` and `top`.
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use super::columns::{Column, table};
-use super::status::ProcessStatus;
+
+/// How a process is doing; without a pid it is silent.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct ProcessStatus {
+    pub(super) name: String,
+    pub(super) pid: Option<u32>,
+    /// Which start of the process.
+    pub(super) generation: Option<u32>,
+    /// `fifo` or `other`.
+    pub(super) scheduling: Option<&'static str>,
+    pub(super) rate_hz: Option<f64>,
+    pub(super) late_p50_us: Option<f64>,
+    pub(super) late_p99_us: Option<f64>,
+    pub(super) missed_cycles: Option<u64>,
+    /// Messages that were refused.
+    pub(super) refused: Option<u64>,
+    /// Newest trouble in words.
+    pub(super) note: Option<String>,
+}
 
 const fn column(title: &'static str, rank: u8) -> Column {
     Column {

@@ -12,10 +12,10 @@ use supervisor::control::{Request, ask};
 use supervisor::failure::Failure;
 use supervisor::run::policy::choose;
 
-use super::Session;
 use super::follow::check_lives;
 use super::operate::accepted;
 use super::picture::Picture;
+use super::session::Session;
 use crate::cli::{ProcessName, RestartArgs};
 use crate::{say, task_program};
 

@@ -9,11 +9,11 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use supervisor::failure::Failure;
 
-use super::Session;
 use super::columns::terminal_width;
 use super::picture::Picture;
-use super::process_table;
+use super::process_table::{self, ProcessStatus};
 use super::scene::{self, ArmReport, ObjectReport};
+use super::session::Session;
 use super::top::equipment::Names;
 use crate::cli::ReportArgs;
 use crate::{output, say};
@@ -73,25 +73,6 @@ struct Conveyor {
     bins_supplied: u32,
     /// The command it waits for.
     waits_for: Option<&'static str>,
-}
-
-/// How a process is doing; without a pid it is silent.
-#[derive(Debug, Serialize, JsonSchema)]
-pub(super) struct ProcessStatus {
-    pub(super) name: String,
-    pub(super) pid: Option<u32>,
-    /// Which start of the process.
-    pub(super) generation: Option<u32>,
-    /// `fifo` or `other`.
-    pub(super) scheduling: Option<&'static str>,
-    pub(super) rate_hz: Option<f64>,
-    pub(super) late_p50_us: Option<f64>,
-    pub(super) late_p99_us: Option<f64>,
-    pub(super) missed_cycles: Option<u64>,
-    /// Messages that were refused.
-    pub(super) refused: Option<u64>,
-    /// Newest trouble in words.
-    pub(super) note: Option<String>,
 }
 
 /// Prints how the cell is doing.

@@ -19,9 +19,9 @@ use serde::Serialize;
 use supervisor::failure::{Context, Failure};
 
 use self::screen::Screen;
-use super::Session;
 use super::columns::terminal_width;
 use super::picture::Picture;
+use super::session::Session;
 use super::status::{Status, describe};
 use super::watched::Trace;
 use crate::cli::TopArgs;

@@ -10,9 +10,10 @@ use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use cell_model::data::{MAX_FILE_BYTES, read_text};
+use cell_model::data::read_text;
 use cell_model::draft;
 use cell_model::runs::spec::RunSpec;
+use cell_model::user_file::MAX_FILE_BYTES;
 use serde::Serialize;
 use serde_json::{Value, json};
 

@@ -8,10 +8,6 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use crate::error::ModelError;
 use crate::{suggest, toml_text, user_file};
 
-/// Files larger than this are not robots or cells (bytes): a wrong file is not read into
-/// memory.
-pub const MAX_FILE_BYTES: u64 = 4 << 20;
-
 /// Path within the data, and text, of files that are built into a program.
 type BuiltIn = &'static [(&'static str, &'static str)];
 
@@ -113,7 +109,7 @@ impl Data {
     ///
     /// # Errors
     /// Returns [`ModelError::Read`] if it is missing, unreadable or larger than
-    /// [`MAX_FILE_BYTES`].
+    /// [`MAX_FILE_BYTES`](user_file::MAX_FILE_BYTES).
     pub fn read(&self, path: &str) -> Result<Cow<'static, str>, ModelError> {
         let text = self.find(path)?;
         if let Some(log) = &self.log {
@@ -229,7 +225,7 @@ impl Data {
 ///
 /// # Errors
 /// Returns [`ModelError::Read`] if it is missing, unreadable, not UTF-8 or larger than
-/// [`MAX_FILE_BYTES`].
+/// [`MAX_FILE_BYTES`](user_file::MAX_FILE_BYTES).
 pub fn read_text(path: &Path) -> Result<String, ModelError> {
     // Every process of a cell reads the file again, so a pipe, which can be read once, is
     // refused.

@@ -10,6 +10,9 @@ use std::path::Path;
 
 use crate::encoding;
 
+/// Files larger than this are not robots or cells (bytes): a wrong file is not read into
+/// memory.
+pub const MAX_FILE_BYTES: u64 = 4 << 20;
 /// Largest size of a line in a file of rows (bytes).
 pub const MAX_LINE_BYTES: u64 = 1 << 20;
 
@@ -93,12 +96,12 @@ pub fn read(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The text of the file or pipe at `path`, at most [`crate::data::MAX_FILE_BYTES`].
+/// The text of the file or pipe at `path`, at most [`MAX_FILE_BYTES`].
 ///
 /// # Errors
 /// As [`read`], and if it is not UTF-8.
 pub fn read_text(path: &Path) -> io::Result<String> {
-    let bytes = read(path, crate::data::MAX_FILE_BYTES)?;
+    let bytes = read(path, MAX_FILE_BYTES)?;
     encoding::text(bytes).map_err(|reason| refused(&reason))
 }
 

@@ -59,6 +59,10 @@ pub struct Io {
 
 /// The job as all policies of a demo see it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[allow(
+    clippy::struct_excessive_bools,
+    reason = "independent facts, each true or not"
+)]
 pub struct Job {
     /// Object in the gripper, by index in the cell file.
     pub held: Option<usize>,

@@ -6,7 +6,8 @@ use ipc_types::{ArmState, GripperState};
 
 use super::View;
 use super::equipment::Names;
-use crate::client::status::{ProcessStatus, breakpoint, pace, processes, waits_for, word};
+use crate::client::process_table::ProcessStatus;
+use crate::client::status::{breakpoint, pace, processes, waits_for, word};
 
 /// All texts of a frame.
 #[derive(Debug, Default)]

@@ -139,7 +139,7 @@ fn cells() -> Vec<(&'static str, Case)> {
             cell(dir, &format!("{CUBE}{}", times(SENSOR, limit + 1)))
         }),
         (
-            "crates/core/cell-model/src/data.rs::MAX_FILE_BYTES",
+            "crates/core/cell-model/src/user_file.rs::MAX_FILE_BYTES",
             |dir, limit| cell(dir, &format!("{CUBE}#{}", "x".repeat(limit))),
         ),
     ]

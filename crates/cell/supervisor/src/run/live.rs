@@ -11,7 +11,6 @@ use cell_model::runs::python;
 use cell_model::runs::report;
 use cell_model::runs::script_report;
 use cell_model::runs::spec::{PageSecrets, RunSpec};
-use cell_model::runs::summary::RunSummary;
 use cell_rt::clock::monotonic_ns;
 use cell_rt::priority::{LAUNCHER_PRIORITY, set_fifo, set_other};
 use cell_rt::process::private_umask;
@@ -19,6 +18,7 @@ use cell_rt::signal::{install_stop_handler, stop_count};
 use ipc_types::operator::OperatorAction;
 use ipc_types::topic::Process;
 
+use super::end::End;
 use super::machine::Machine;
 use super::plan::Plan;
 use super::planning::Planning;
@@ -38,18 +38,6 @@ use os::Os;
 /// Time between two turns of the loop: a twentieth of the shortest silence that counts
 /// (100 ms), at a fraction of a percent of a core.
 const TURN: Duration = Duration::from_millis(5);
-
-/// How a run ended.
-pub enum End {
-    /// With the task, or at its time limit.
-    Finished(Box<RunSummary>),
-    /// On request, with what was reached by then; nothing where physics never ran.
-    Stopped(Option<Box<RunSummary>>),
-    /// Because another scene was asked for.
-    Replaced(Box<Plan>),
-    /// Because a process could not be kept running, or refused the cell.
-    GaveUp(Failure),
-}
 
 /// A cell that runs. Fields are dropped in this order: first the processes
 /// end, then the services go, then the lock.

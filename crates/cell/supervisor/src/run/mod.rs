@@ -2,6 +2,7 @@
 
 mod bus_thread;
 mod disturbances;
+mod end;
 mod faults;
 mod half_made;
 mod incident;
@@ -20,5 +21,6 @@ mod watch;
 mod wish;
 
 pub use disturbances::Disturbances;
-pub use live::{End, LiveCell};
+pub use end::End;
+pub use live::LiveCell;
 pub use watch::{News, Watch};

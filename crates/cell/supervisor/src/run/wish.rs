@@ -2,8 +2,8 @@
 
 use ipc_types::topic::Process;
 
+use super::end::End;
 use super::faults::named;
-use super::live::End;
 use super::plan::{Plan, Scene, title};
 use super::planning::Planning;
 use super::policy::choose;

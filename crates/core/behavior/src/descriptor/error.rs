@@ -41,7 +41,7 @@ pub struct Errors {
 
 impl Errors {
     /// Adds a mistake.
-    pub fn push(&mut self, file: &str, place: super::json::Location, message: impl Into<String>) {
+    pub fn push(&mut self, file: &str, place: crate::lines::Location, message: impl Into<String>) {
         if self.list.len() >= MAX_REPORTED {
             self.omitted += 1;
             return;
@@ -61,7 +61,7 @@ impl Errors {
     /// Adds the mistakes of `other`.
     pub fn append(&mut self, other: Self) {
         for located in other.list {
-            let place = super::json::Location {
+            let place = crate::lines::Location {
                 line: located.line,
                 column: located.column,
             };

@@ -47,6 +47,7 @@ mod check_events;
 mod compile;
 mod definition;
 mod graph;
+mod guards;
 mod ids;
 mod nesting;
 pub(crate) mod problem;

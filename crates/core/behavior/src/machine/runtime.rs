@@ -13,8 +13,8 @@
 use std::sync::Arc;
 
 use super::actions::{Actions, Event, Fault, Queue};
-use super::ask::{Memo, holds};
 use super::definition::Final;
+use super::guards::{Memo, holds};
 use super::ids::{RowId, StateId, TriggerId};
 use super::set::SmallSet;
 use super::table::{Row, Span, Table};

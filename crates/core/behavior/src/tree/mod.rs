@@ -14,6 +14,7 @@ mod flatten;
 pub mod leaf;
 pub mod library;
 mod modifier;
+mod placeholder;
 mod record;
 mod replace;
 mod run;

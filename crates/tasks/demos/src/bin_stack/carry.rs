@@ -3,16 +3,16 @@
 use behavior::matrix::Next;
 use ipc_types::Pose;
 use robocell_skills::matrix::goto;
-use robocell_skills::path::{Route, padded};
+use robocell_skills::path::padded;
 use robocell_skills::{KeptPose, pose};
 use robocell_task::PolicyTime;
 
 use super::columns::Slot;
-use super::handlers::go_home;
+use super::home::{go_home, out_of_holder, raise};
 use super::job::{State, Turn};
+use super::numbers::STEPS_PER_SECOND;
 use super::paths::{self, Begin};
 use super::scene::{Bin, View};
-use super::supply::STEPS_PER_SECOND;
 use crate::failure::Failure;
 
 /// Carries the held bin to the station or to a column.
@@ -46,26 +46,6 @@ pub(super) fn bring(turn: &mut Turn<'_>, begin: Begin) -> Next {
         return flip(turn, &bin, begin);
     }
     place(turn, &bin, begin)
-}
-
-/// Starts a route with a lift to the height of long motions, after the arm's start
-/// configuration if `begin` asks for it. An arm that did not arrive twice is not lifted, since
-/// it may not get up either.
-pub(super) fn raise<'r>(turn: &'r mut Turn<'_>, obstacles: u64, begin: Begin) -> Route<'r> {
-    let (of, least, stuck) = (turn.of, turn.own.least_lift_m, turn.memory.stuck);
-    let arm = turn.world.arm_setup();
-    let route = turn.route().avoiding(obstacles);
-    let route = if begin == Begin::Restoring && stuck > 1 {
-        route
-    } else {
-        route.lift(of.task.carry_height_m, least)
-    };
-    match arm.filter(|_| begin == Begin::Restoring) {
-        // All obstacles count while joints are restored: the arm may start that motion from
-        // anywhere.
-        Some(arm) => route.avoiding(u64::MAX).restoring(arm),
-        None => route,
-    }
 }
 
 fn flip(turn: &mut Turn<'_>, bin: &Bin, begin: Begin) -> Next {
@@ -247,28 +227,6 @@ pub(super) fn count_or_regrip(turn: &mut Turn<'_>) -> Next {
     let above = paths::above(view, &bin);
     out_of_holder(turn).to(above).end();
     goto(State::Picking)
-}
-
-/// The route of the cup down out of a bin in the holder, back towards the arm, and turned to
-/// point down.
-pub(super) fn out_of_holder<'r>(turn: &'r mut Turn<'_>) -> Route<'r> {
-    let (of, settle) = (turn.of, turn.numbers.settle);
-    let station = &of.task.station;
-    let down = paths::pushed_down(of, &turn.tcp);
-    let back = paths::moved_back(of, &down);
-    let turning = paths::turning(of);
-    let mut raised = turning.down;
-    raised.position[2] = station.position_m[2] + of.height_m + of.task.hover_m;
-    turn.route()
-        // Stays below the bin first: a straight way up would lift the bin off its rails.
-        .avoiding(of.without_holder)
-        .leaning(padded(&station.up_joint_positions))
-        .slowly(down)
-        .wait(settle)
-        .to(back)
-        .to(turning.up)
-        .by_joints(turning.down, padded(&station.down_joint_positions))
-        .to(raised)
 }
 
 fn in_holder(turn: &Turn<'_>, height: f64, back: f64) -> Pose {

@@ -4,11 +4,8 @@ use behavior::numbers::Numbers;
 use nalgebra::{Isometry3, Translation3, Vector3};
 use robocell_skills::pose;
 
-use super::job::BinStackNumbers;
-use super::numbers::BinColumns;
+use super::numbers::{BinColumns, COLUMNS};
 
-/// Number of columns: three by three.
-pub(super) const COLUMNS: usize = 9;
 /// Largest number of levels, as in the schema of `levels`; `Occupied` has a bit for each in a
 /// `u8`.
 const MAX_LEVELS: usize = 5;
@@ -160,21 +157,26 @@ impl Columns {
     }
 
     /// The slot of a bin at `at`: upside down, aligned with the column, and near enough to its
-    /// axis and to its height.
-    pub(super) fn slot_of(&self, own: &BinStackNumbers, at: &Isometry3<f64>) -> Option<Slot> {
+    /// axis and to its height. `straight` is the least cosine of both angles.
+    pub(super) fn slot_of(
+        &self,
+        order: &Order,
+        straight: f64,
+        at: &Isometry3<f64>,
+    ) -> Option<Slot> {
         let up = at.rotation * Vector3::z();
         let column = pose::about(Vector3::z(), self.spec.bin_yaw_rad) * Vector3::x();
         // The absolute value accepts both directions: a bin has the same shape after half a
         // turn.
         let along = (at.rotation * Vector3::x()).dot(&column);
-        if up.z > -own.straight || along.abs() < own.straight {
+        if up.z > -straight || along.abs() < straight {
             return None;
         }
         let position = at.translation.vector;
         let mut slots = (0..COLUMNS)
             .flat_map(|column| (0..self.levels()).map(move |level| Slot { column, level }));
         slots.find(|slot| {
-            let offset = position - self.centre(&own.order, *slot);
+            let offset = position - self.centre(order, *slot);
             offset.xy().norm() < self.spec.tolerance_m
                 && offset.z.abs() < self.spec.height_tolerance_m
         })
@@ -186,7 +188,7 @@ mod tests {
     use nalgebra::UnitQuaternion;
     use robocell_skills::matrix;
 
-    use super::super::job::BinStack;
+    use super::super::job::{BinStack, BinStackNumbers};
     use super::*;
 
     fn own() -> BinStackNumbers {
@@ -251,17 +253,26 @@ mod tests {
         assert!((pose.translation.vector - Vector3::new(0.8, -0.3, -0.15)).norm() < 1.0e-12);
         // Long side along y.
         assert!((pose.rotation * Vector3::x()).y.abs() > 0.999);
-        assert_eq!(columns.slot_of(&own, &pose), Some(slot));
+        assert_eq!(columns.slot_of(&own.order, own.straight, &pose), Some(slot));
         let moved = |x: f64, z: f64| Translation3::new(x, 0.0, z) * pose;
-        assert_eq!(columns.slot_of(&own, &moved(0.019, 0.009)), Some(slot));
-        assert_eq!(columns.slot_of(&own, &moved(0.021, 0.0)), None);
-        assert_eq!(columns.slot_of(&own, &moved(0.0, 0.02)), None);
+        assert_eq!(
+            columns.slot_of(&own.order, own.straight, &moved(0.019, 0.009)),
+            Some(slot)
+        );
+        assert_eq!(
+            columns.slot_of(&own.order, own.straight, &moved(0.021, 0.0)),
+            None
+        );
+        assert_eq!(
+            columns.slot_of(&own.order, own.straight, &moved(0.0, 0.02)),
+            None
+        );
         let across = Isometry3::from_parts(
             pose.translation,
             UnitQuaternion::from_euler_angles(0.0, 0.0, 0.2) * pose.rotation,
         );
-        assert_eq!(columns.slot_of(&own, &across), None);
+        assert_eq!(columns.slot_of(&own.order, own.straight, &across), None);
         let upright = Isometry3::from_parts(pose.translation, UnitQuaternion::identity());
-        assert_eq!(columns.slot_of(&own, &upright), None);
+        assert_eq!(columns.slot_of(&own.order, own.straight, &upright), None);
     }
 }

@@ -8,7 +8,8 @@ use robocell_skills::{Named as _, pose};
 use robocell_task::TraceEvent;
 use robocell_task::job::Attempts;
 
-use super::carry::{bring, out_of_holder, raise};
+use super::carry::bring;
+use super::home::retreat;
 use super::job::{State, Turn};
 use super::paths::{self, Begin};
 use super::scene::View;
@@ -34,33 +35,6 @@ pub(super) fn to_above_bin(turn: &mut Turn<'_>) -> Next {
     let route = turn.route().avoiding(paths::obstacles(view, &bin));
     paths::around_to(view, route, above).end();
     goto(State::Picking)
-}
-
-/// Sends the arm back to its rest pose, clear of all obstacles.
-pub(super) fn go_home(turn: &mut Turn<'_>) -> Next {
-    retreat(turn, Begin::Directly)
-}
-
-fn retreat(turn: &mut Turn<'_>, begin: Begin) -> Next {
-    turn.memory.forget_bin();
-    turn.arm.switch(false);
-    let (view, of) = (View::of(turn), turn.of);
-    let arm = turn.world.arm_setup();
-    if paths::is_in_holder(of, &turn.tcp) {
-        // Along the rails first: a planned path would start while the cup is still between
-        // them.
-        let route = out_of_holder(turn).avoiding(u64::MAX);
-        paths::around_to(view, route, of.rest).end();
-        return goto(State::Standby);
-    }
-    let route = raise(turn, of.without_holder, begin).avoiding(u64::MAX);
-    // Planned from here (ADR 0021): waypoints by hand beside the arm's base took 15 s more for
-    // each run.
-    match arm {
-        Some(arm) => route.planned_home(arm).to(of.rest).end(),
-        None => route.to(of.rest).end(),
-    }
-    goto(State::Standby)
 }
 
 /// At rest: checks whether the bin that was set down is in its slot.

@@ -12,7 +12,9 @@
 
 mod carry;
 mod columns;
+mod events;
 mod handlers;
+mod home;
 mod job;
 pub mod numbers;
 mod paths;

@@ -6,8 +6,12 @@ use robocell_task::Settings;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::columns::COLUMNS;
 use crate::check;
+
+/// Number of columns: three by three.
+pub(super) const COLUMNS: usize = 9;
+/// Steps per second of Isaac Sim's sample, in which the cell file gives delays.
+pub(super) const STEPS_PER_SECOND: u64 = 60;
 
 /// Largest number of steps of 1/60 s until a bin arrives (28 minutes).
 const MAX_STEPS: f64 = 1.0e5;

@@ -57,9 +57,10 @@ pub(super) fn spot(view: View<'_>, bin: &Bin) -> Spot {
         orientation_wxyz: straight_down(yaw),
     };
     Spot {
-        at: match view.is_flat(bin) {
-            true => level,
-            false => leaning(&level, bin),
+        at: if view.is_flat(bin) {
+            level
+        } else {
+            leaning(&level, bin)
         },
         obstacles: obstacles(view, bin),
         at_rest: bin.at_rest,

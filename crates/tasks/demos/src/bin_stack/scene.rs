@@ -30,6 +30,11 @@ impl Bin {
     fn position(&self) -> Vector3<f64> {
         self.pose.translation.vector
     }
+
+    /// Whether the cup, turned with the bin, reaches its bottom or floor.
+    pub(super) fn can_be_gripped(&self) -> bool {
+        self.up().abs() > TILTED
+    }
 }
 
 /// The observation of one decision.
@@ -76,11 +81,6 @@ impl<'a> View<'a> {
     /// Whether a bin rests on its bottom or on its rim.
     pub(super) fn is_flat(self, bin: &Bin) -> bool {
         bin.up().abs() > self.own.straight
-    }
-
-    /// Whether the cup reaches its bottom or floor, turned with the bin.
-    pub(super) fn can_be_gripped(self, bin: &Bin) -> bool {
-        bin.up().abs() > TILTED
     }
 
     /// The bin to pick next: the one that waits on the belt, or one that was left outside of
@@ -148,7 +148,10 @@ impl<'a> View<'a> {
     /// The slot of a bin, if it is not in the gripper.
     pub(super) fn slot(self, bin: &Bin) -> Option<Slot> {
         let held = self.held().is_some_and(|held| held.object == bin.object);
-        let slot = self.of.columns.slot_of(self.own, &bin.pose);
+        let slot = self
+            .of
+            .columns
+            .slot_of(&self.own.order, self.own.straight, &bin.pose);
         // A bin over its slot in the gripper is not placed; it would count as stacked before it
         // is released.
         slot.filter(|_| !held)
@@ -214,7 +217,7 @@ impl<'a> View<'a> {
         self.bins().find(|bin| {
             let at = bin.position();
             let far = (at - self.of.base).xy().norm() > self.own.reach_m;
-            let lies = bin.at_rest && self.can_be_gripped(bin) && !far && at.z > floor;
+            let lies = bin.at_rest && bin.can_be_gripped() && !far && at.z > floor;
             // A bin below another one is not taken: the upper one would fall.
             lies && !self.on_belt(bin) && !is_stacked(bin) && !self.covered(bin)
         })

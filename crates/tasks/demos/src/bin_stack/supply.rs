@@ -2,28 +2,12 @@
 
 use cell_model::random::Random;
 use robocell_task::{Job, PolicyTime};
-use serde::{Deserialize, Serialize};
 
 use super::carry::no_slot;
-use super::job::{BinStack, Turn};
+use super::job::{BinStack, SupplyMemory, Turn};
+use super::numbers::STEPS_PER_SECOND;
 use super::scene::View;
 use crate::failure::Failure;
-
-/// Steps per second of Isaac Sim's sample, in which the cell file gives delays.
-pub(super) const STEPS_PER_SECOND: u64 = 60;
-
-/// Requests to the conveyor so far; part of the checkpoint.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct SupplyMemory {
-    /// Time of the next request for a bin.
-    next_at: Option<PolicyTime>,
-    /// Time of the last request.
-    asked_at: Option<PolicyTime>,
-    /// Picks from the belt so far; each has its own random delay.
-    pub(super) picks: u64,
-    /// Time since which nothing can be picked while bins are missing.
-    missing_since: Option<PolicyTime>,
-}
 
 impl SupplyMemory {
     /// A bin was picked from the belt: the next one follows after a delay drawn from the seed.
@@ -92,12 +76,10 @@ fn note_lost(idle: bool, turn: &mut Turn<'_>) {
     *since = None;
     let view = View::of(turn);
     let left = || view.bins().filter(|bin| view.slot(bin).is_none());
-    let left = left()
-        .find(|bin| !view.can_be_gripped(bin))
-        .or(left().next());
+    let left = left().find(|bin| !bin.can_be_gripped()).or(left().next());
     let name = left.map_or("a bin", |bin| turn.name(bin.object));
     let (failure, why) = match left.map(|bin| (bin, view.next_slot(&bin))) {
-        Some((bin, _)) if !view.can_be_gripped(&bin) => {
+        Some((bin, _)) if !bin.can_be_gripped() => {
             (Failure::BinCannotBeGripped, "leans".to_owned())
         }
         Some((_, Err(blocked))) => (Failure::PlaceTaken, no_slot(turn, blocked)),

@@ -6,6 +6,7 @@
 //! of it can be gripped, and is held again. The job is done then, and stays done until a reset,
 //! while the cycle of bin and parts continues.
 
+mod events;
 mod grasp;
 mod handlers;
 mod hold;

@@ -6,13 +6,14 @@ use robocell_task::job::Attempts;
 use robocell_task::{Job, Output, TraceEvent};
 
 use super::geometry::{self, Lie, lie};
-use super::memory::{Work, WorkKind};
+use super::memory::Work;
 use super::motion::{self, Judge, Progress};
 use super::numbers::{Suction, Target};
 use super::policy::Palletizer;
 use super::scene::View;
 use super::table::{Facts, State, Trigger};
-use super::waits;
+use super::waits::{self, fail};
+use super::work_kind::WorkKind;
 use crate::failure::Failure;
 
 /// A bin nearer than this to its place is set down there (m).
@@ -376,17 +377,6 @@ fn judge_place(work: &Work, view: &View<'_>, job: &mut Job, out: &mut Output) {
         let why = format_args!("{name} does not stay in its place");
         fail(Failure::BinCannotBePlaced, why, job, out);
     }
-}
-
-/// Fails the job; `why` is for the log.
-pub(super) fn fail(
-    failure: Failure,
-    why: std::fmt::Arguments<'_>,
-    job: &mut Job,
-    out: &mut Output,
-) {
-    out.event(TraceEvent::Fault, format_args!("[failed] {why}"));
-    job.fail(failure.reason());
 }
 
 fn finished(out: &mut Output) {

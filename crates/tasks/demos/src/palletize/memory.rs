@@ -8,6 +8,7 @@ use robocell_task::PolicyTime;
 use serde::{Deserialize, Serialize};
 
 use super::setup::PalletizeSetup;
+use super::work_kind::WorkKind;
 
 /// The bin in progress, and its step.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -38,45 +39,6 @@ impl Work {
     /// Whether the bin shall be set down and has no place.
     pub(super) fn waits(&self) -> bool {
         self.kind.places() && self.slot.is_none()
-    }
-}
-
-/// A sequence of steps.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) enum WorkKind {
-    /// Pick a bin that opens upwards.
-    Pick,
-    /// Pick a bin that is upside down.
-    PickFlipped,
-    /// Bring a bin to the jig.
-    Flip,
-    /// Set a bin down.
-    Place,
-    /// Set a bin down that was picked from the belt.
-    PlaceFromBelt,
-    /// Set a bin down over the rest pose, after an attempt that failed.
-    PlaceFromHome,
-}
-
-impl WorkKind {
-    /// All kinds; the index is that of their sequence.
-    pub(super) const ALL: [Self; 6] = [
-        Self::Pick,
-        Self::PickFlipped,
-        Self::Flip,
-        Self::Place,
-        Self::PlaceFromBelt,
-        Self::PlaceFromHome,
-    ];
-
-    /// Whether it picks a bin, and does not start with one on the cup.
-    pub(super) fn picks(self) -> bool {
-        matches!(self, Self::Pick | Self::PickFlipped)
-    }
-
-    /// Whether it sets the bin down on the pallet.
-    pub(super) fn places(self) -> bool {
-        !self.picks() && self != Self::Flip
     }
 }
 

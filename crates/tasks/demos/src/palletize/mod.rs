@@ -2,6 +2,7 @@
 //! five states in a file, and sequences of steps in the cell file.
 
 mod advance;
+mod checks;
 mod geometry;
 mod memory;
 mod motion;
@@ -13,6 +14,7 @@ mod setup;
 mod steps;
 mod table;
 mod waits;
+mod work_kind;
 
 use std::sync::Arc;
 

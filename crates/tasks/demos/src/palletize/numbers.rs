@@ -3,16 +3,11 @@
 use std::collections::BTreeMap;
 
 use cell_model::check::MAX_COORDINATE_M;
-use cell_model::{Cell, Checker, ModelError};
-use robocell_task::Settings;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::steps;
-use crate::check;
-
 /// Largest number of places on a pallet: each needs a bin, which is an object of the cell.
-const MAX_SLOTS: usize = ipc_types::MAX_OBJECTS;
+pub(super) const MAX_SLOTS: usize = ipc_types::MAX_OBJECTS;
 
 /// Bins off a conveyor onto a pallet, the upside-down ones over the flip jig.
 ///
@@ -229,31 +224,4 @@ pub enum Suction {
     On,
     /// To let it go.
     Off,
-}
-
-impl Settings for PalletizeTask {
-    fn check(&self, cell: &Cell, at: &Checker<'_>) -> Result<(), ModelError> {
-        check::behaviour(at, &self.behaviour)?;
-        // Without a supply no bin would arrive, and the job would wait for ever.
-        if cell.conveyor.as_ref().is_none_or(|c| c.supply.is_none()) {
-            let allowed = "this job needs a [conveyor] with a [conveyor.supply]";
-            return Err(at.refuse("task.kind", "'palletize'", allowed));
-        }
-        let slots = self.slot_x_m.len() * self.slot_y_m.len();
-        if slots == 0 || slots > MAX_SLOTS {
-            let allowed = format!("1 to {MAX_SLOTS} places are allowed");
-            return Err(at.refuse("task.slot_x_m", format!("{slots} places"), allowed));
-        }
-        let along = |x: &f64| {
-            self.slot_y_m
-                .iter()
-                .map(|y| [*x, *y, self.slot_z_m])
-                .collect()
-        };
-        let slots: Vec<[f64; 3]> = self.slot_x_m.iter().flat_map::<Vec<_>, _>(along).collect();
-        check::tool_gets_to(at, "task.slot_x_m", cell.arms.first(), slots)?;
-        let key = "task.jig.orientation_wxyz";
-        check::unit_quaternion(at, key, &self.jig.orientation_wxyz, 1.0e-4)?;
-        steps::check(self, at)
-    }
 }

@@ -3,8 +3,9 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::memory::{Work, WorkKind};
+use super::memory::Work;
 use super::setup::PalletizeSetup;
+use super::work_kind::WorkKind;
 
 /// The mask of [`ipc_types::ArmGoal::obstacle_mask`] with the tool at `tool` and its goal at
 /// `target` (m).

@@ -12,10 +12,10 @@ use robocell_task::SetupError;
 use robocell_task::settings::behaviour_text;
 
 use super::geometry::BinShape;
-use super::memory::WorkKind;
 use super::numbers::PalletizeTask;
 use super::steps::Sequence;
 use super::table;
+use super::work_kind::WorkKind;
 
 /// Bits of [`ipc_types::ArmGoal::obstacle_mask`] of the fixtures that keep the arm away from
 /// places only part of the time.

@@ -1,10 +1,9 @@
 //! The steps of the work on a bin, as the cell file lists them.
 
-use cell_model::{Checker, ModelError, suggest};
 use ipc_types::GripperGoal;
 
-use super::memory::WorkKind;
 use super::numbers::{PalletizeTask, SequenceTable, StepTable, Suction};
+use super::work_kind::WorkKind;
 
 /// One step of a sequence.
 #[derive(Clone, Debug, PartialEq)]
@@ -68,7 +67,7 @@ impl Sequence {
 }
 
 /// Key and names of the steps of `kind`.
-fn listed(table: &SequenceTable, kind: WorkKind) -> (&'static str, &[String]) {
+pub(super) fn listed(table: &SequenceTable, kind: WorkKind) -> (&'static str, &[String]) {
     match kind {
         WorkKind::Pick => ("pick", &table.pick),
         WorkKind::PickFlipped => ("pick_flipped", &table.pick_flipped),
@@ -77,46 +76,4 @@ fn listed(table: &SequenceTable, kind: WorkKind) -> (&'static str, &[String]) {
         WorkKind::PlaceFromBelt => ("place_from_belt", &table.place_from_belt),
         WorkKind::PlaceFromHome => ("place_from_home", &table.place_from_home),
     }
-}
-
-/// Refuses steps that are missing or have no end, and sequences that do not pick the bin, or do
-/// not release it.
-pub(super) fn check(task: &PalletizeTask, at: &Checker<'_>) -> Result<(), ModelError> {
-    for (name, step) in &task.steps {
-        if step.go.is_none() && step.wait_s.is_none() && step.suction.is_none() {
-            let key = format!("task.steps.{name}");
-            let allowed = "a step needs 'go', 'wait_s' or 'suction' to end";
-            return Err(at.refuse(&key, "without an end", allowed));
-        }
-    }
-    let known: Vec<&str> = task.steps.keys().map(String::as_str).collect();
-    for kind in WorkKind::ALL {
-        let (key, names) = listed(&task.sequences, kind);
-        let key = format!("task.sequences.{key}");
-        for (index, name) in names.iter().enumerate() {
-            if !task.steps.contains_key(name) {
-                let advice = suggest::advice(name, &known);
-                let allowed = format!("no such step in [task.steps]; {advice}");
-                return Err(at.refuse(&format!("{key}.{index}"), format!("'{name}'"), allowed));
-            }
-        }
-        // After a pick the bin must be on the cup and after any other sequence it must not: the
-        // table relies on it.
-        let carries = Sequence::new(task, kind).holds(names.len());
-        if carries != kind.picks() {
-            let (is, allowed) = if carries {
-                (
-                    "a sequence that keeps the bin",
-                    "a step with suction = \"off\"",
-                )
-            } else {
-                (
-                    "a sequence that takes no bin",
-                    "a step with suction = \"on\"",
-                )
-            };
-            return Err(at.refuse(&key, is, format!("{allowed} is needed")));
-        }
-    }
-    Ok(())
 }

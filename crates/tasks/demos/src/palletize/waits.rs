@@ -2,9 +2,8 @@
 
 use ipc_types::Text;
 use robocell_skills::setup::ARM;
-use robocell_task::{Job, Output, PolicyTime};
+use robocell_task::{Job, Output, PolicyTime, TraceEvent};
 
-use super::advance::fail;
 use super::geometry::{Lie, lie};
 use super::memory::Work;
 use super::scene::View;
@@ -85,4 +84,15 @@ fn patience(
     } else {
         out.wait = Text::format(format_args!("{why}"));
     }
+}
+
+/// Fails the job; `why` is for the log.
+pub(super) fn fail(
+    failure: Failure,
+    why: std::fmt::Arguments<'_>,
+    job: &mut Job,
+    out: &mut Output,
+) {
+    out.event(TraceEvent::Fault, format_args!("[failed] {why}"));
+    job.fail(failure.reason());
 }

@@ -7,6 +7,7 @@ pub mod code;
 pub mod fsm;
 pub mod ifelse;
 pub mod numbers;
+mod obstruction;
 pub mod phase;
 pub mod selection;
 pub mod setup;

@@ -1,19 +1,13 @@
 //! The choice of the next cube, and of its destination.
 
-use nalgebra::Vector3;
+use ipc_types::GripperGoal;
 use robocell_skills::geometry::plane_distance;
 use robocell_task::TraceEvent;
-use robocell_task::job::Placement;
 
+use super::obstruction::{free_spawn, intruder};
 use super::transfer::Transfer;
 use super::turn::Turn;
 use crate::failure::Failure;
-
-/// Two cubes of one layer whose centres are nearer than this many cube sizes leave no room for
-/// the open gripper between them.
-const CROWD_LAYERS: f64 = 1.6;
-/// A cube nearer than this many cube sizes to a place occupies it.
-const OVERLAP_LAYERS: f64 = 1.1;
 
 /// Whether all cubes are at their goals. The result is stored in the job, and logged when it
 /// becomes true.
@@ -25,6 +19,22 @@ pub fn all_stacked(turn: &mut Turn<'_>) -> bool {
     }
     turn.world.job.done = all;
     all
+}
+
+impl Transfer {
+    /// The next transfer, with its first command; `None` if nothing can be moved now. `verb`
+    /// starts the log line.
+    pub fn select(verb: &str, turn: &mut Turn<'_>) -> Option<Self> {
+        let job_failed = turn.world.job.failure.is_some();
+        let next = (!job_failed).then(|| select(verb, turn));
+        let Some(mut transfer) = next.flatten() else {
+            turn.hold(GripperGoal::Keep);
+            return None;
+        };
+        transfer.aim(turn);
+        transfer.drive(turn);
+        Some(transfer)
+    }
 }
 
 /// The transfer of the first cube in the order that is not at its goal. A cube on top of it, or
@@ -63,13 +73,6 @@ pub fn select(verb: &str, turn: &mut Turn<'_>) -> Option<Transfer> {
     next
 }
 
-/// Whether a held cube cannot go onto the stack any longer: a lower cube is not in its place,
-/// or another one occupies the goal.
-pub fn destination_lost(turn: &Turn<'_>, cube: usize) -> bool {
-    let broken = (0..cube).any(|lower| !turn.at_goal(lower));
-    broken || intruder(turn, cube).is_some()
-}
-
 /// The cube below `first`, if it is too far off to carry it and was not set again too often.
 fn unseated_support(turn: &Turn<'_>, first: usize) -> Option<usize> {
     let support = first.checked_sub(1)?;
@@ -103,40 +106,4 @@ fn on_top_of(turn: &Turn<'_>, cube: usize) -> Option<usize> {
         let rise = position.z - base.z;
         rise > 0.5 * layer && rise < 1.5 * layer && plane_distance(position, base) < 0.9 * layer
     })
-}
-
-/// A cube that has to be moved before `cube` can be set down at its goal: one in that layer or
-/// above it, too near for the open gripper, or one below it that is not part of the stack and
-/// would be built over.
-fn intruder(turn: &Turn<'_>, cube: usize) -> Option<usize> {
-    let layer = turn.stack.spec.layer_height_m;
-    let goal = Vector3::from(turn.goal(cube).position);
-    turn.others(cube).find(|other| {
-        let position = turn.position(*other);
-        let distance = plane_distance(position, goal);
-        if position.z > goal.z - 0.6 * layer {
-            distance < CROWD_LAYERS * layer
-        } else {
-            distance < layer && !turn.at_goal(*other)
-        }
-    })
-}
-
-/// The cube's own spawn, or, if that is occupied, the first one with room around it; its own if
-/// none is free.
-pub fn free_spawn(turn: &Turn<'_>, cube: usize) -> Placement {
-    let mut spawns = turn.stack.spawns.iter().copied();
-    let own = spawns.clone().nth(cube).unwrap_or(turn.goal(cube));
-    let nearest = |place: &Placement| {
-        let others = turn.others(cube);
-        let distance = |other| plane_distance(turn.position(other), place.position.into());
-        others.map(distance).fold(f64::INFINITY, f64::min)
-    };
-    let layer = turn.stack.spec.layer_height_m;
-    // At the start all cubes are at their spawns, however close to each other.
-    if nearest(&own) > OVERLAP_LAYERS * layer {
-        return own;
-    }
-    let free = spawns.find(|spawn| nearest(spawn) > CROWD_LAYERS * layer);
-    free.unwrap_or(own)
 }

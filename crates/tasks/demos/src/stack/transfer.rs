@@ -10,8 +10,8 @@ use robocell_task::job::Placement;
 use robocell_task::{PolicyTime, TraceEvent};
 use serde::{Deserialize, Serialize};
 
+use super::obstruction;
 use super::phase::{Phase, PhaseStatus};
-use super::selection;
 use super::turn::{Turn, forget_held};
 
 /// A destination nearer than this in the plane is beside the pick-up (m).
@@ -39,20 +39,6 @@ pub struct Transfer {
 }
 
 impl Transfer {
-    /// The next transfer, with its first command; `None` if nothing can be moved now. `verb`
-    /// starts the log line.
-    pub fn select(verb: &str, turn: &mut Turn<'_>) -> Option<Self> {
-        let job_failed = turn.world.job.failure.is_some();
-        let next = (!job_failed).then(|| selection::select(verb, turn));
-        let Some(mut transfer) = next.flatten() else {
-            turn.hold(GripperGoal::Keep);
-            return None;
-        };
-        transfer.aim(turn);
-        transfer.drive(turn);
-        Some(transfer)
-    }
-
     /// A transfer before its first phase.
     pub fn new(turn: &Turn<'_>, cube: usize, destination: Placement, aborted: bool) -> Self {
         Self {
@@ -211,7 +197,7 @@ impl Transfer {
 
     /// Whether the cube cannot go onto the stack any longer.
     pub fn destination_lost(&self, turn: &Turn<'_>) -> bool {
-        !self.aborted && selection::destination_lost(turn, self.cube)
+        !self.aborted && obstruction::destination_lost(turn, self.cube)
     }
 
     /// Turns the transfer back: the cube goes to its own spawn, or to another free one if its
@@ -223,7 +209,7 @@ impl Transfer {
             TraceEvent::Abort,
             format_args!("[abort] the stack is broken, {name} is returned to its spawn"),
         );
-        self.destination = selection::free_spawn(turn, self.cube);
+        self.destination = obstruction::free_spawn(turn, self.cube);
         self.aborted = true;
     }
 

@@ -62,11 +62,15 @@ struct Parts {
 }
 
 impl MachinePolicy {
-    pub(super) fn new(cell: &Cell, setup: &Arc<Setup>, file: &str) -> Result<Self, SetupError> {
-        let (loader, text) = Loader::new(cell, setup, file)?;
+    /// Loads the text of a file.
+    pub(super) fn load(
+        loader: Loader<'_>,
+        setup: &Arc<Setup>,
+        text: &str,
+    ) -> Result<Self, SetupError> {
         Ok(Self {
             setup: Arc::clone(setup),
-            job: MachineJob::load(loader, &text)?,
+            job: MachineJob::load(loader, text)?,
             resumed: false,
         })
     }

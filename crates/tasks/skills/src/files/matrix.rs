@@ -62,11 +62,6 @@ struct Record {
 }
 
 impl MatrixPolicy {
-    pub(super) fn new(cell: &Cell, setup: &Arc<Setup>, file: &str) -> Result<Self, SetupError> {
-        let (loader, text) = Loader::new(cell, setup, file)?;
-        Self::load(loader, setup, &text)
-    }
-
     /// Loads the text of a file.
     pub(super) fn load(
         mut loader: Loader<'_>,

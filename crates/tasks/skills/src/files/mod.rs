@@ -18,6 +18,8 @@ use behavior::tree::Tree;
 use cell_model::{Cell, Data};
 use robocell_task::{AnyPolicy, Kind, Policies, SetupError};
 
+use parts::Loader;
+
 use crate::settings::{FileTask, PlaceTable};
 use crate::setup::Setup;
 use crate::skill::Station;
@@ -58,7 +60,7 @@ fn tree_kind() -> Kind<FileTask> {
             job.once = task.once;
             Ok(Box::new(job.policy(cell, &sources.collect::<Vec<_>>())?))
         })
-        .trees(|_: &Data| Ok(parts::unknown()))
+        .trees(|_: &Data| Ok(nested::unknown()))
 }
 
 fn machine_kind() -> Kind<FileTask> {
@@ -84,7 +86,7 @@ fn check(source: &Source<'_>) -> Option<Result<Vec<Finding>, SetupError>> {
     };
     // Without a cell every name of an object or place counts as known.
     let setup = Arc::new(Setup::unknown());
-    let loader = parts::Loader::alone(source);
+    let loader = Loader::alone(source, nested::unknown());
     if !inline.handlers.is_empty() {
         let loaded = matrix::MatrixPolicy::load(loader, &setup, source.text);
         return Some(loaded.map(|job| job.check(&inline)));
@@ -124,7 +126,9 @@ pub fn machine(
     file: &str,
 ) -> Result<Box<dyn AnyPolicy>, SetupError> {
     let setup = Arc::new(Setup::new(cell, places));
-    Ok(Box::new(machine::MachinePolicy::new(cell, &setup, file)?))
+    let (loader, text) = Loader::new(cell, nested::of_file(cell, &setup, file), file)?;
+    let policy = machine::MachinePolicy::load(loader, &setup, &text)?;
+    Ok(Box::new(policy))
 }
 
 /// The policy of the matrix in `file`, beside the cell file.
@@ -137,5 +141,7 @@ pub fn matrix(
     file: &str,
 ) -> Result<Box<dyn AnyPolicy>, SetupError> {
     let setup = Arc::new(Setup::new(cell, places));
-    Ok(Box::new(matrix::MatrixPolicy::new(cell, &setup, file)?))
+    let (loader, text) = Loader::new(cell, nested::of_file(cell, &setup, file), file)?;
+    let policy = matrix::MatrixPolicy::load(loader, &setup, &text)?;
+    Ok(Box::new(policy))
 }

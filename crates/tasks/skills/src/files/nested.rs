@@ -5,15 +5,32 @@ use std::sync::Arc;
 use behavior::board::{Fault, In};
 use behavior::machine::Happening;
 use behavior::tree::leaf::{AnyLeaf, Halt};
-use behavior::tree::{BindError, Cx, NodeType};
+use behavior::tree::{BindError, Cx, Library, NodeType};
 use behavior::{ResetReason, Status, Str};
-use cell_model::Data;
+use cell_model::{Cell, Data};
 
 use super::machine::MachineJob;
 use super::parts::Loader;
 use crate::nodes;
 use crate::setup::Setup;
 use crate::skill::Station;
+
+/// The node types of trees and steps in files: the skills, and machines in files of their own.
+/// `open` are the files that are being read.
+fn library(setup: &Arc<Setup>, data: &Data, open: &[String]) -> Library<Station> {
+    nodes::library(setup).with(node_type(setup, Some(data), open))
+}
+
+/// The node types for `file`, beside the cell file.
+pub(super) fn of_file(cell: &Cell, setup: &Arc<Setup>, file: &str) -> Library<Station> {
+    library(setup, &cell.data, &[file.to_owned()])
+}
+
+/// The node types for a file that is checked without its cell.
+pub(super) fn unknown() -> Library<Station> {
+    let setup = Arc::new(Setup::unknown());
+    nodes::library(&setup).with(node_type(&setup, None, &[]))
+}
 
 /// `RunMachine`, in the last of the files `open`. Without `data` its file is not read: for a
 /// tree that is checked without its cell, and never ticked.
@@ -44,7 +61,7 @@ pub(super) fn node_type(
             let Some(data) = &data else {
                 return Ok(Box::new(Nested(None)) as Box<dyn AnyLeaf<Station>>);
             };
-            let job = Loader::nested(data, &setup, &file, &all)
+            let job = Loader::nested(data, library(&setup, data, &all), &file)
                 .and_then(|(loader, text)| MachineJob::load(loader, &text))
                 .map_err(|error| BindError::Host(error.to_string()))?;
             Ok(Box::new(Nested(Some(job))) as Box<dyn AnyLeaf<Station>>)

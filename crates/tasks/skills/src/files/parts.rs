@@ -1,7 +1,6 @@
 //! The behaviours inside a machine or matrix file, ready to run.
 
 use std::borrow::Cow;
-use std::sync::Arc;
 use std::time::Duration;
 
 use behavior::board::Board;
@@ -17,26 +16,11 @@ use robocell_task::settings::behaviour_text;
 use serde::de::Error as _;
 use serde_bytes::ByteBuf;
 
-use super::nested;
-use crate::nodes;
-use crate::setup::Setup;
 use crate::skill::Station;
 use crate::world::World;
 
 /// Suffix of a tree file that a state names as its behaviour.
 const TREE_FILE: &str = ".json";
-
-/// The node types of trees and steps in files: the skills, and machines in files of their own.
-/// `open` are the files that are being read.
-pub(super) fn library(setup: &Arc<Setup>, data: &Data, open: &[String]) -> Library<Station> {
-    nodes::library(setup).with(nested::node_type(setup, Some(data), open))
-}
-
-/// The node types for a file that is checked without its cell.
-pub(super) fn unknown() -> Library<Station> {
-    let setup = Arc::new(Setup::unknown());
-    nodes::library(&setup).with(nested::node_type(&setup, None, &[]))
-}
 
 /// Reads a file by its name.
 type ReadFile<'c> = dyn Fn(&str) -> Result<String, SetupError> + 'c;
@@ -51,28 +35,28 @@ pub(super) struct Loader<'c> {
 }
 
 impl<'c> Loader<'c> {
-    /// A loader for `file`, beside the cell file; with its text.
+    /// A loader for `file`, beside the cell file; with its text. `library` has the node types of
+    /// its steps.
     pub(super) fn new(
         cell: &'c Cell,
-        setup: &Arc<Setup>,
+        library: Library<Station>,
         file: &str,
     ) -> Result<(Self, Cow<'static, str>), SetupError> {
         let text = behaviour_text(cell, file)?;
         let loader = Self {
             read: Box::new(|name| behaviour_text(cell, name).map(Cow::into_owned)),
             file: cell.name_of(file),
-            library: library(setup, &cell.data, &[file.to_owned()]),
+            library,
             shared: Board::new(),
         };
         Ok((loader, text))
     }
 
-    /// A loader for `file`, which a node of the last of the files `open` runs.
+    /// A loader for `file`, which a node of another file runs; with its text.
     pub(super) fn nested(
         data: &'c Data,
-        setup: &Arc<Setup>,
+        library: Library<Station>,
         file: &str,
-        open: &[String],
     ) -> Result<(Self, String), SetupError> {
         let read = |name: &str| {
             let text = data.read(&format!("cells/{name}"));
@@ -83,7 +67,7 @@ impl<'c> Loader<'c> {
         let loader = Self {
             read: Box::new(read),
             file: data.name_of(&format!("cells/{file}")),
-            library: library(setup, data, open),
+            library,
             shared: Board::new(),
         };
         Ok((loader, text))
@@ -91,7 +75,7 @@ impl<'c> Loader<'c> {
 
     /// A loader for a file that is checked without its cell: names of objects and places count
     /// as known.
-    pub(super) fn alone(source: &Source<'c>) -> Self {
+    pub(super) fn alone(source: &Source<'c>, library: Library<Station>) -> Self {
         let (file, include) = (source.file.to_owned(), source.include);
         let missing = format!("{file}: a state runs a tree in a file that cannot be read");
         Self {
@@ -99,7 +83,7 @@ impl<'c> Loader<'c> {
                 include(name).map_err(|reason| Self::wrong(format!("{missing}: {name}: {reason}")))
             }),
             file,
-            library: unknown(),
+            library,
             shared: Board::new(),
         }
     }

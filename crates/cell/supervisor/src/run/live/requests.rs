@@ -2,8 +2,9 @@
 
 use cell_model::runs::spec::PageSecrets;
 
-use super::{End, LiveCell};
+use super::LiveCell;
 use crate::control::Reply;
+use crate::run::end::End;
 use crate::run::wish::{Wish, consider, setting_up};
 
 impl LiveCell {

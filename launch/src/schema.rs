@@ -1,17 +1,41 @@
-//! The JSON Schema of the output of each command.
+//! `robocell schema`.
 
 use cell_model::runs::incident::Incident;
-use cell_model::runs::output::schema;
+use cell_model::runs::output;
 use cell_model::runs::summary::RunSummary;
+use cell_model::runs::wire;
 use clap::ValueEnum;
 use schemars::JsonSchema;
 use supervisor::failure::Failure;
 
+use crate::cli::{SchemaArgs, SchemaKind};
 use crate::cli_kinds::OutputName;
 use crate::{chaos, client, plot, record, say, task_program};
 
+/// Prints the JSON Schema of a kind of file.
+pub(crate) fn schema(args: &SchemaArgs) -> Result<(), Failure> {
+    if args.what == SchemaKind::Output {
+        return of_output(args.name, args.program.task.as_deref());
+    }
+    if args.name.is_some() {
+        let what = args.what.word();
+        return Err(Failure::usage(format!("`schema {what}` takes no name")));
+    }
+    if args.what == SchemaKind::Wire {
+        say::line(format_args!("{:#}", wire::schema()));
+        return Ok(());
+    }
+    let task = args.program.task.as_deref();
+    let program = task
+        .map(|name| task_program::find(name, None))
+        .transpose()?;
+    let what = args.what.word();
+    let question = format!("the schema of a {what}");
+    task_program::answer(program.as_deref(), &question, &["schema", what])
+}
+
 /// `robocell schema output [NAME]`: the names without one.
-pub(crate) fn print_schema(name: Option<OutputName>, task: Option<&str>) -> Result<(), Failure> {
+fn of_output(name: Option<OutputName>, task: Option<&str>) -> Result<(), Failure> {
     let Some(name) = name else {
         let names = OutputName::value_variants().iter();
         names.for_each(|name| say::line(name.word()));
@@ -47,5 +71,5 @@ pub(crate) fn print_schema(name: Option<OutputName>, task: Option<&str>) -> Resu
 }
 
 fn say_schema<T: JsonSchema>() {
-    say::line(format_args!("{:#}", schema::<T>()));
+    say::line(format_args!("{:#}", output::schema::<T>()));
 }

@@ -1,0 +1,18 @@
+//! How a run ended.
+
+use cell_model::runs::summary::RunSummary;
+
+use super::plan::Plan;
+use crate::failure::Failure;
+
+/// How a run ended.
+pub enum End {
+    /// With the task, or at its time limit.
+    Finished(Box<RunSummary>),
+    /// On request, with what was reached by then; nothing where physics never ran.
+    Stopped(Option<Box<RunSummary>>),
+    /// Because another scene was asked for.
+    Replaced(Box<Plan>),
+    /// Because a process could not be kept running, or refused the cell.
+    GaveUp(Failure),
+}
