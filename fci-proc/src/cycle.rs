@@ -161,6 +161,7 @@ impl Cycle {
     /// Takes an input of the client; `state` is the newest one.
     pub fn take(&mut self, input: &ClientInput, state: Option<&WorldState>) {
         let header = &input.header;
+        // Without a number it was not published: a replay lacks it, so no command may name it.
         if header.seq > 0 {
             self.memory.input = Some((header.generation, header.seq));
         }

@@ -70,6 +70,7 @@ impl Command {
             Self::Skill(skill, ended @ (None | Some(Status::RUNNING))) => {
                 *ended = Some(skill.step(decision, arm)?);
             }
+            // It has ended: an arm without a command stays where it is, see `Decision::end`.
             Self::Skill(..) => {}
         }
         Ok(())

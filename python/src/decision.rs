@@ -88,6 +88,7 @@ impl Decision {
         world.memory = self.memories.get_mut(arm);
         world.told = self.told.get(arm).copied().unwrap_or_default();
         let result = work(&mut world);
+        // A world lives for one call: the next one of this decision continues from here.
         let told = world.told;
         if let Some(slot) = self.told.get_mut(arm) {
             *slot = told;

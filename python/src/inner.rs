@@ -101,6 +101,7 @@ impl Inner {
 
     /// Restores the commands that [`Inner::kept`] returned.
     pub(crate) fn keep(&mut self, kept: Vec<Option<Command>>) {
+        // A snapshot of another cell, or of one with a policy, has no commands for these arms.
         if kept.len() == self.kept.len() {
             self.kept = kept;
         }

@@ -191,6 +191,7 @@ impl AnyPolicy for PyPolicy {
 
     fn reset(&mut self) {
         self.phase = Text::EMPTY;
+        // Unlocked before the call: Python locks it for every look at the cell.
         {
             let mut inner = lock(&self.shared);
             inner.decision.memories.fill(ArmMemory::default());
@@ -216,6 +217,7 @@ impl AnyPolicy for PyPolicy {
             let text = runner.call_method1(py, "graphs", (name,))?;
             text.extract(py)
         });
+        // Empty after an exception, which `ask` has reported: the policy then has no picture.
         let pictures: Vec<Picture> = serde_json::from_str(&text).unwrap_or_default();
         let graphs = pictures.into_iter().map(|picture| Graph {
             kind: picture.kind,
@@ -269,6 +271,7 @@ impl AnyPolicy for PyPolicy {
             }
             inner.decision.resumed = memory.resumed;
         }
+        // `save` raised an exception: the policy starts without its memory.
         if memory.object.is_empty() {
             self.has_resumed = false;
             return Ok(());

@@ -51,6 +51,7 @@ pub(crate) fn read_recording(
     }
     let (about, read) = py
         .detach(|| {
+            // Other threads of Python can run while a long recording is read.
             let recording = Recording::open(&path)?;
             let read = Read::of(&recording, every);
             Ok::<_, RecordError>((about(&recording, &read), read))
@@ -106,6 +107,7 @@ impl Read {
         let (from, to) = recording.span_s();
         for entry in recording.history(from, to) {
             let taken = entry.and_then(|entry| read.take(&entry, every));
+            // A damaged piece ends nothing: those after it can still be read.
             if let Err(problem) = taken {
                 read.problems.push(problem.to_string());
             }

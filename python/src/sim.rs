@@ -77,6 +77,7 @@ impl Run {
         let warnings = self.sim.take_warnings();
         let warnings = warnings.into_iter();
         self.log.extend(lines);
+        // Warnings have no tick of their own.
         self.log
             .extend(warnings.map(|text| (tick, format!("[warning] {text}"))));
     }
@@ -85,6 +86,7 @@ impl Run {
     /// advance.
     fn step(&mut self, ticks: u64, fault: &Fault) -> Result<u64, SimError> {
         for done in 0..ticks {
+            // Not a tick further after an exception: Python sees the state in which it was raised.
             if !self.sim.tick()? || peek(fault).is_some() {
                 return Ok(done);
             }

@@ -218,6 +218,7 @@ fn motion(what: &What, decision: &mut Decision, arm: usize) -> PyResult<MoveTo> 
     };
     let mut motion = match goal {
         Goal::Pose(position, orientation, yaw) => {
+            // Only here, not in `move_to`: it depends on the tool of the arm with the skill.
             let down = decision.world(arm, |world| world.tool().down(*yaw));
             let pose = pose_of(*position, orientation.unwrap_or(down))?;
             MoveTo::new(Target::Pose(pose))

@@ -23,6 +23,7 @@ const MOST_CONNECTIONS: usize = 32;
 const WRITE_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// How often, and at which interval, a client asks whether the last one has ended.
+// Half a second in all: libfranka waits one second for a reply.
 const CLAIMS: u32 = 25;
 const CLAIM_PAUSE: Duration = Duration::from_millis(20);
 
@@ -138,6 +139,7 @@ impl Connections {
             (&self.client, Event::Closed(connection))
         };
         let ordering = Ordering::AcqRel;
+        // Refused connections end here, too: they must not free the arm of the client that has it.
         let was_served = served.compare_exchange(connection, 0, ordering, Ordering::Acquire);
         if was_served.is_ok() {
             self.tell(&event);

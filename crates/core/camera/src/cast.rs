@@ -105,6 +105,7 @@ impl Solid {
                 [x, y, z - middle].map(|off| off / splat(*radius))
             }
             Self::Bin(_, panels) => {
+                // Rounded points are on no panel exactly: that with the least distance was hit.
                 let [(centre, half), rest @ ..] = panels;
                 let (mut least, mut normal) = face(*centre, *half, points);
                 for (centre, half) in rest {
@@ -220,6 +221,7 @@ fn side(radius: f32, half: f32, rays: &Rays) -> Lanes {
     let [ox, oy, oz] = rays.origin;
     let [dx, dy, dz] = rays.direction;
     let length = dx * dx + dy * dy;
+    // A ray along the axis gives 0 / 0 here. Comparisons with that are false, which is a miss.
     let middle = -(ox * dx + oy * dy) / length;
     let (x, y) = (ox + middle * dx, oy + middle * dy);
     let square = (splat(radius * radius) - (x * x + y * y)) / length;
@@ -243,6 +245,7 @@ fn cap(radius: f32, half: f32, rays: &Rays) -> Lanes {
     let [ox, oy, oz] = rays.origin;
     let [dx, dy, dz] = rays.direction;
     let end = dz.simd_lt(splat(0.0)).select(splat(half), splat(-half));
+    // Infinite for a ray along the end: the comparison below is then false, which is a miss.
     let at = (end - oz) / dz;
     let (x, y) = (ox + at * dx, oy + at * dy);
     let hit = (x * x + y * y).simd_le(splat(radius * radius)) & at.simd_gt(splat(0.0));

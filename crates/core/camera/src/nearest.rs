@@ -73,6 +73,7 @@ impl Nearest {
             .inverse_transform_point(&Point3::from(view.pose.translation.vector));
         let origin = [eye.x, eye.y, eye.z].map(|x| Lanes::splat(single(x)));
         let right: [Lanes; 3] = right.map(Lanes::splat).into();
+        // In lanes like the depth, so that one mask selects both.
         let index = Lanes::splat(index as f32);
         for row in down {
             let start = ahead + below * rows[row];
@@ -127,6 +128,7 @@ fn rectangle(view: &View, body: &Body) -> Option<[Range<usize>; 2]> {
             whole(low, size[axis])..whole(high, size[axis])
         })),
         8 => None,
+        // A corner behind the eye has no place in the picture that could bound the body.
         _ => Some(size.map(|count| 0..count)),
     }
 }

@@ -103,6 +103,7 @@ pub(crate) fn frame_poses(arm: &ArmSpec, state: &ArmState) -> Vec<Isometry3<f64>
         .flat_map(|gripper| gripper.finger_joints);
     for finger in fingers {
         if let Some(slot) = positions.get_mut(finger) {
+            // A state has no positions of fingers, only their distance; both move alike.
             *slot = 0.5 * state.gripper.width;
         }
     }

@@ -64,6 +64,7 @@ fn main() -> ExitCode {
                 format!("refused: {error}")
             }
         };
+        // A reader that closes the pipe changes no result: the exit code is of all files.
         let _ended = writeln!(out, "{file}: {row}");
     }
     let _ended = writeln!(
@@ -93,6 +94,7 @@ fn row(file: &str, tip: Option<String>) -> Result<Row, Failure> {
         ..RobotFiles::default()
     };
     let robot = Robot::from_files(&files.resolved()?)?;
+    // A fixed seed, so that rows of two builds can be compared.
     let mut random = Random::new(7);
     let mut worst_mm: f64 = 0.0;
     let (mut reached, mut planned) = (0, 0);

@@ -120,6 +120,7 @@ impl Data {
     }
 
     fn find(&self, path: &str) -> Result<Cow<'static, str>, ModelError> {
+        // By folder, not by file: the files of two robots with one name must not be mixed.
         if let Some(robots) = self.robots.as_ref().filter(|_| !self.has_robot_of(path)) {
             return robots.find(path);
         }

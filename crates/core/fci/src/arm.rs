@@ -21,8 +21,10 @@ use crate::request::Reply;
 use crate::state::{STATE_BYTES, StateValues, columns};
 
 /// Answers in a row that may be late or missing before the robot stops.
+// The number of the robot (`system_requirements.rst` of the maker).
 pub const LOST_ANSWERS: u32 = 20;
 /// Cycles over which the success rate of commands is counted.
+// The number of `control_command_success_rate` in libfranka.
 const RATE_CYCLES: u32 = 100;
 
 /// The joints as measured in a cycle.
@@ -278,6 +280,8 @@ impl Arm {
     }
 
     fn reply(&mut self, reply: Reply) {
+        // Always found: the caller takes the replies after each request and each cycle, and neither
+        // gives more than two.
         let free = self.memory.replies.iter_mut().find(|slot| slot.is_none());
         if let Some(slot) = free {
             *slot = Some(reply);
@@ -291,6 +295,8 @@ impl Arm {
     /// Writes the next state, as of `measured`.
     pub fn write_state(&self, measured: &Measured, out: &mut [u8; STATE_BYTES]) {
         let end_effector = self.end_effector();
+        // In a state 0 is the idle generator, so each one has its number of the request plus 1;
+        // controller 3 means that none runs.
         let (generator_mode, controller_mode, robot_mode) = match self.memory.mode {
             Mode::Idle => (0, 3, 1),
             Mode::Move(motion) => (motion.generator_number + 1, motion.controller, 2),
@@ -321,6 +327,7 @@ impl Arm {
             errors: self.memory.errors,
             reflex_reason: self.memory.reflex_reason,
             robot_mode,
+            // The robot reports 0 while no motion runs (`robot_state.h`).
             success_rate: if self.is_running() {
                 f64::from(successes) / f64::from(RATE_CYCLES)
             } else {

@@ -76,6 +76,7 @@ impl RobotCommand {
             twist,
             elbow: has_elbow.then_some(Elbow { position, sign }),
             torques,
+            // A client sets the flag of the generator or of the controller, as its motion has one.
             is_finished: motion_finished || torque_finished,
         })
     }

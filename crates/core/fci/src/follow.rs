@@ -140,6 +140,7 @@ fn check_elbow(before: &Before<'_>, command: &RobotCommand) -> Result<(), Broken
         return Err(broken(Error::ELBOW_LIMIT, 2, elbow.position, end, "rad"));
     }
     let step = elbow_step(before, command);
+    // The longest step of one cycle from rest.
     let is_near = step.abs() <= limit.acceleration * (1.0 + TOLERANCE) * CYCLE_S * CYCLE_S;
     if before.is_first && !is_near {
         let unit = "rad from the start";
@@ -160,6 +161,7 @@ fn by_pose(
         error: Error::CARTESIAN_JOINT_POSITION,
         joint: None,
         value: pose.translation.vector.norm(),
+        // The reach in the maker's data sheet.
         limit: 0.855,
         unit: "m from the base, reached by no joint positions",
     })?;

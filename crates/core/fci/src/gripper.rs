@@ -152,6 +152,7 @@ impl Gripper {
                     least: width - inner,
                     most: width + outer,
                 };
+                // Closed, not the expected width: `inner` allows an object that is narrower.
                 start(action, 0.0, speed)
             }
         };

@@ -101,6 +101,7 @@ impl Kinematics {
             if error < ENOUGH && elbow == 0.0 {
                 break;
             }
+            // The elbow is moved once: each further iteration would add the same step.
             positions += smallest(&jacobian, &twist, std::mem::take(&mut elbow))?;
         }
         // A micrometre or microradian: beyond it the pose is not followed.

@@ -104,6 +104,8 @@ pub(crate) fn check_tool(before: &Before<'_>, tool: &Tool, by_pose: bool) -> Res
             (values.fixed_rows::<3>(3).norm(), ANGULAR[order], "rad"),
         ];
         for (value, limit, base) in parts {
+            // Twists need no room: they are divided by the cycle once less, so their rounding is
+            // below the tolerance.
             let room = if by_pose { 2.0 * ROUNDING[order] } else { 0.0 };
             if value <= limit * (1.0 + TOLERANCE) + room {
                 continue;
@@ -176,6 +178,7 @@ pub(crate) fn check(
             unit,
         };
         let [_, acceleration, jerk] = smaller(by_position, last, next);
+        // Not `>`: a value that is not a number is above every limit.
         let is_above = |value: f64, limit: f64| !(value.abs() <= limit * (1.0 + TOLERANCE));
         let jumps = is_above(acceleration, limit.acceleration);
         // A jump of the first command is a wrong start, also where it breaks other limits.
@@ -187,6 +190,7 @@ pub(crate) fn check(
             let end = limit.nearest_end(next.position);
             return Err(broken(errors[0], next.position, end, "rad"));
         }
+        // At the last position: libfranka's rate limiter takes the limit at `q_d` of the state.
         let top = limit.velocity_at(last.position, next.velocity);
         // libfranka widens this limit by the same number.
         if next.velocity.abs() > top + TOLERANCE + f64::from(f32::EPSILON) / CYCLE_S {

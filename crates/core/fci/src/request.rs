@@ -114,6 +114,7 @@ pub fn decode(bytes: &[u8]) -> Result<Option<Framed>, Malformed> {
         return Ok(None);
     };
     let size = total as usize;
+    // Before the body: the rest of a longer request would never fit the buffer of the caller.
     if !(HEADER_BYTES..=REQUEST_BYTES).contains(&size) {
         return Err(Malformed::Size(total));
     }

@@ -84,6 +84,7 @@ impl StateValues<'_> {
         to.f32s(self.external_wrench.as_slice());
         to.f32s(self.external_wrench.as_slice());
         to.f32s(self.commanded.twist.as_slice());
+        // The acceleration of the base, which is this constant at the robot, too (`robot_state.h`).
         to.f32s(&[0.0, 0.0, -9.81]);
         to.f32s(&elbow(&self.commanded_positions));
         to.zeros(4);

@@ -45,7 +45,8 @@ pub fn urdf(robot: &Robot) -> String {
             "    <limit lower=\"{}\" upper=\"{}\" velocity=\"{}\" effort=\"{}\"/>\n",
             spec.lower, spec.upper, spec.velocity, spec.effort,
         ));
-        // Far from every position limit where the robot has no such numbers.
+        // libfranka throws at a joint without this element. The numbers for a robot that has none
+        // limit the velocity only very near a position limit.
         let near = robot.velocity_envelope.get(place);
         let (offset, deceleration) = near.map_or((0.0, 1.0e3), |n| (n.offset, n.deceleration));
         to(format_args!(

@@ -92,6 +92,7 @@ impl FromStr for Replace {
 pub fn of_arguments(arguments: &[String]) -> Result<Vec<Replace>, ModelError> {
     let mut rules = Vec::new();
     for argument in arguments {
+        // By its name, not by whether it exists: a misspelt file is then reported as missing.
         if Path::new(argument)
             .extension()
             .is_some_and(|e| e == "jsonl")

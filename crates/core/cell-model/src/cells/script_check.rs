@@ -64,6 +64,7 @@ fn controller(process: &str, cell: &Cell) -> Result<(), String> {
         Some(arm) => arm_index(arm, cell)
             .map(|_| ())
             .map_err(|error| format!("process is {process:?}: {error}")),
+        // `process_word` has checked the name, without a cell.
         None => Ok(()),
     }
 }

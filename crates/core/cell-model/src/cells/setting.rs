@@ -70,6 +70,7 @@ pub(crate) fn key_of(text: &str) -> Result<String, String> {
 /// A finite number; integers stay integers.
 pub(crate) fn number(text: &str) -> Option<Number> {
     let text = text.trim();
+    // Integers first: a key of integers refuses 4.0.
     let whole = text.parse::<i64>().ok().map(Number::from);
     whole.or_else(|| Number::from_f64(text.parse().ok()?))
 }

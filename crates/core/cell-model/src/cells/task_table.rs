@@ -52,6 +52,7 @@ impl TaskTable {
     /// Returns [`ModelError`] with file, line and the known keys, for a key that is unknown or
     /// missing and for a value of another type.
     pub fn read<T: DeserializeOwned>(&self) -> Result<T, ModelError> {
+        // Without the keys of `TaskHead`, which `T` would refuse.
         toml_text::parse_table(&self.file, &self.text, "task", &["kind", "program"])
     }
 

@@ -203,6 +203,7 @@ fn side(radius: f64, half: f64) -> Vec<Point3<f64>> {
 
 fn ring(radius: f64, height: f64) -> Vec<Point3<f64>> {
     let around = steps(std::f64::consts::PI * radius).collect::<Vec<f64>>();
+    // The ring of the pole of a ball has radius 0, and 0 / 0 is not a number.
     let angle = |along: f64| along / radius.max(f64::MIN_POSITIVE);
     let at = |along: f64| {
         let (sin, cos) = (libm::sin(angle(along)), libm::cos(angle(along)));

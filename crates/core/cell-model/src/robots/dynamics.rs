@@ -82,6 +82,7 @@ impl Dynamics {
             };
             let (armature, damping) = link.drive;
             let own = armature * link.share(accelerations) + damping * link.share(velocities);
+            // Added: joints that follow another one load the same drive.
             self.efforts[link.place] += link.ratio * (along + own);
             if let Some(parent) = link.parent.and_then(|parent| before.get_mut(parent)) {
                 let force = motion.rotation.out(&motion.force);

@@ -195,6 +195,7 @@ impl Loader<'_> {
             spec.joint_damping = table.joint_damping_n_s_per_m;
             spec.velocity = table.speed_m_s;
             spec.effort = table.max_force_n;
+            // A run starts with an open hand; each finger has half of the width.
             spec.home = 0.5 * table.max_width_m;
         }
         Ok(ParallelGripper {
@@ -259,6 +260,7 @@ pub(crate) fn plain_specs(urdf: &UrdfRobot) -> Vec<JointSpec> {
                 damping: 0.1 * stiffness,
                 armature: 0.1,
                 joint_damping: 1.0,
+                // Zero is outside of the limits of some joints, such as the elbow of a Panda.
                 home: 0.0_f64.clamp(joint.lower, joint.upper),
             }
         })

@@ -77,6 +77,7 @@ struct Rule {
 /// Whether a text is a description of Lula and not an XRDF.
 pub(crate) fn is_description(text: &str) -> bool {
     text.lines()
+        // At the start of a line: an indented key is one of another table.
         .any(|line| OWN_KEYS.iter().any(|key| line.starts_with(key)))
 }
 
@@ -150,6 +151,7 @@ pub(crate) fn parse(file: &str, text: &str) -> Result<Xrdf, ModelError> {
         joint_names: read.cspace,
         acceleration_limits,
         jerk_limits,
+        // The tool is in `config.json`.
         tool_frames: Vec::new(),
         world_spheres: spheres,
         self_spheres: Vec::new(),

@@ -51,6 +51,7 @@ impl Robot {
             return;
         }
         let worst = |arm: &[f64]| self.gains(arm)[3 - open];
+        // A fixed seed: every process of a cell loads the file, and needs the same home pose.
         let mut random = Random::new(0);
         // The unbent pose is a candidate, too: it stays where no random one is better.
         let mut best = (worst(&self.home()), self.home());

@@ -218,6 +218,7 @@ pub fn joint_motion(joint: &rmp::Joint, position: f64) -> Isometry3<f64> {
         JointKind::Revolute => {
             // `libm`, not `f64::sin`, which may differ in its last bit between systems.
             let (sin, cos) = (libm::sin(0.5 * position), libm::cos(0.5 * position));
+            // Of length 1, since the axis is.
             let quaternion = nalgebra::Quaternion::from_parts(cos, joint.axis * sin);
             Isometry3::from_parts(Translation3::identity(), Unit::new_unchecked(quaternion))
         }

@@ -291,6 +291,7 @@ impl Checker<'_> {
                 ));
             }
         }
+        // It has no ends, whichever limits the file gives.
         if continuous {
             return Ok(());
         }

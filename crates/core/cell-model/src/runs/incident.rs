@@ -183,6 +183,7 @@ impl Incidents {
         let dir = self.path(incident.head.number);
         fs::create_dir_all(&dir)?;
         crate::draft::replace_unsynced(&dir.join(FILE), &serde_json::to_vec(incident)?, 0o600)?;
+        // Last: where the new incident cannot be written, no old one is deleted.
         let numbers = self.numbers();
         let old = numbers.len().saturating_sub(KEPT);
         for number in &numbers[..old] {

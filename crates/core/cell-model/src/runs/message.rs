@@ -21,6 +21,7 @@ impl Message {
     pub fn save(&self, dir: &Path) -> io::Result<()> {
         match &self.0 {
             Some(text) => crate::draft::replace_unsynced(&path(dir), text.as_bytes(), 0o644),
+            // Removed, not emptied: `load` takes every file for a sentence.
             None => match std::fs::remove_file(path(dir)) {
                 Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
                 _ => Ok(()),

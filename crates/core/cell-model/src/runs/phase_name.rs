@@ -43,6 +43,7 @@ pub fn is_same(asked: &str, shown: &str, arms: &[String]) -> bool {
 pub fn alike(asked: &[&str], shown: &[&str]) -> bool {
     let is_cut = shown.last().is_some_and(|name| name.ends_with(CUT));
     let (mut asked, mut shown) = (chars(asked), chars(shown));
+    // Two names without letters and digits have no characters here, and are not the same.
     let mut any = false;
     loop {
         match (asked.next(), shown.next()) {

@@ -42,6 +42,7 @@ pub fn command(program: &Path) -> Command {
 
 /// The Python interpreter of task files.
 pub fn interpreter() -> OsString {
+    // Empty counts as not set: a command without a name cannot be started.
     let named = std::env::var_os(ENV_PYTHON).filter(|name| !name.is_empty());
     named.unwrap_or_else(|| PYTHON.into())
 }

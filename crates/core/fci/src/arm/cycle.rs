@@ -201,6 +201,8 @@ impl Arm {
             self.follow_measured(motion, measured);
             return Ok(());
         }
+        // As the robot: a client that continues its own profile after lost answers then has the
+        // same discontinuity.
         let mut joints = self.memory.joints;
         for joint in &mut joints {
             joint.velocity += joint.acceleration * CYCLE_S;

@@ -64,6 +64,8 @@ impl Arm {
                     return INVALID_ARGUMENT;
                 };
                 self.memory.nominal_to_end = pose;
+                // Without this, states would show the commanded pose of the former end effector
+                // until the next motion.
                 self.restart_tool();
             }
             Request::SetLoad {
@@ -84,6 +86,7 @@ impl Arm {
     fn ask_to_move(&mut self, id: u32, wanted: MoveRequest) {
         let known = Generator::of(wanted.generator);
         let is_known = known.is_some_and(|generator| match wanted.controller {
+            // An impedance controller without a generator has nothing to follow.
             0 | 1 => generator != Generator::None,
             2 => true,
             _ => false,
@@ -136,8 +139,11 @@ impl Arm {
             cycles: 0,
             lost: 0,
         });
+        // Not at a recovery: in libfranka these are the errors of the last motion.
         self.memory.reflex_reason = Errors::default();
         self.memory.answered = 0;
+        // A client repeats the last command of a motion until a state shows its end: these must not
+        // count as answers of the next motion.
         self.memory.answered_id = self.memory.message_id;
         self.memory.answer = None;
         self.memory.start = None;

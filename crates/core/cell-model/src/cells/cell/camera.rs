@@ -148,6 +148,7 @@ fn pose(
                 ));
             }
             let rotation = nalgebra::Quaternion::new(w, x, y, z);
+            // Numbers of three digits are within these bounds.
             checker.number(
                 &format!("{key}.rotation_wxyz"),
                 rotation.norm(),
@@ -201,6 +202,7 @@ fn mount(
         return refuse(arm_name, &names);
     };
     let robot = &arms[arm].robot;
+    // Before the frames of the robot, one of which may have this name, too.
     if frame_name == TCP {
         return Ok(CameraMount {
             arm,

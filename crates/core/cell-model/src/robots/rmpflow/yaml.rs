@@ -17,6 +17,7 @@ fn explain(file: &str, error: &Error) -> ModelError {
         .location()
         .map(|at| at.line())
         .and_then(|line| usize::try_from(line).ok());
+    // The parser gives line 0 where it knows none.
     let place = Location::line(file, line.filter(|line| *line > 0));
     if let Error::SerdeUnknownField {
         field, expected, ..
