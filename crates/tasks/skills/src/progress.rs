@@ -60,8 +60,8 @@ impl Step {
         self.settled.is_some_and(|since| now.since(since) >= settle)
     }
 
-    /// Whether the tool is where it was at the decision before, within [`STILL_M`] of the TCP at
-    /// which it came to rest. With [`Step::settles`] for [`REST`] it is slower than 2 mm/s.
+    /// Whether the tool is where it was at the decision before, within 0.3 mm of the TCP at which it
+    /// came to rest. With [`Step::settles`] for 150 ms it is slower than 2 mm/s.
     pub fn is_still(&mut self, tcp: &Pose) -> bool {
         let still = self.still.is_some_and(|still| {
             let off = Vector3::from(tcp.position) - Vector3::from(still.position);
