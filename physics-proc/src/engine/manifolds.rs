@@ -50,8 +50,8 @@ fn drop_wandering(manifold: &mut Manifold) {
     (manifold.points).retain(|point| !is_nearest(point) || point.dist + AS_NEAR_M < least);
 }
 
-/// Drops points that came twice: the library clips a line against a face once for each of its two
-/// ends. Twice as stiff a pair makes a rod in a hand swing until it falls.
+/// Drops repeated points: the library clips a line against a face once for each of its two ends.
+/// With them a rod in a hand swings until it falls (ADR 28).
 fn drop_repeated(manifold: &mut Manifold) {
     let ids = |point: &Point| (point.fid1, point.fid2);
     let mut seen = Vec::with_capacity(manifold.points.len());

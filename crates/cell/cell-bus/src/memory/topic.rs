@@ -81,7 +81,7 @@ fn push<T>(queue: &mut VecDeque<Rc<T>>, message: &Rc<T>, most: usize) {
 /// To whom a message is delivered, and how often.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Delivery {
-    /// Once to readers that get what was sent.
+    /// Once to readers that get the messages as they were sent.
     Faithful,
     /// Once to all others.
     Once,
@@ -225,7 +225,7 @@ impl<T> Drop for Outlet<T> {
 /// A message that is being written.
 pub(crate) struct Sheet<T> {
     message: Rc<T>,
-    /// Whether somebody may read it.
+    /// Whether a reader may have a reference to it.
     is_read: bool,
     connections: Rc<Connections<T>>,
 }

@@ -9,7 +9,7 @@ use crate::failure::Failure;
 pub enum End {
     /// With the task, or at its time limit.
     Finished(Box<RunSummary>),
-    /// On request, with what was reached by then; nothing where physics never ran.
+    /// On request, with the summary at that time; `None` if physics never ran.
     Stopped(Option<Box<RunSummary>>),
     /// Because another scene was asked for.
     Replaced(Box<Plan>),

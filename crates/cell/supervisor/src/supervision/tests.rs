@@ -491,7 +491,7 @@ fn a_python_task_has_time_for_its_imports_and_no_more_when_it_runs() {
     assert!(bench.supervisor.is_ready());
     bench.run_without(600, &[Task]);
     assert_eq!(bench.spawns(Task).len(), 2, "{:?}", bench.log);
-    // What is told is the limit that it had.
+    // The message has the limit of a Python task.
     let mut bench = Bench::new(python);
     bench.run_without(20_500, &[Task]);
     let told = |(_, action): &(u64, Action)| matches!(action, Action::Lost { what, .. } if what.contains("within 20 s"));
