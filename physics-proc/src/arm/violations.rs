@@ -2,8 +2,9 @@
 //!
 //! Velocity as commanded and as the quotient of positions, acceleration and jerk
 //! as difference quotients, over 1 ms per command (commands that were
-//! overtaken by newer ones count by their sequence numbers). Measured
-//! acceleration in contact does not count.
+//! overtaken by newer ones count by their sequence numbers). A position has to follow from the
+//! velocities: a joint that stays for a tick at full commanded speed breaks its acceleration
+//! limit twice. Measured acceleration in contact does not count.
 
 use cell_model::JointSpec;
 use cell_model::ramp::RampState;
@@ -13,6 +14,9 @@ use crate::engine::settings::TICK_S;
 /// Tolerance of rounding.
 // Commands at a limit break it by the last bits of a division; a real violation is far larger.
 const FACTOR: f64 = 1.0 + 1.0e-6;
+/// Speed by which positions may differ from their velocities, besides what the acceleration limit
+/// allows (rad/s or m/s): a setpoint that returns to its path, and rounding.
+const APART: f64 = 1.1e-5;
 /// A measured joint further outside its limits counts (rad or m).
 // Limits of joints in the engine are constraints that give way a little under load.
 const MEASURED_OUTSIDE: f64 = 1.0e-3;
@@ -38,11 +42,15 @@ pub(crate) fn advance(
     } else {
         mean
     };
-    let moved = (commanded.position - before.position).abs();
-    let speed = commanded.velocity.abs().max(moved / time);
+    let moved = commanded.position - before.position;
+    let speed = commanded.velocity.abs().max(moved.abs() / time);
+    let apart = (moved - 0.5 * (before.velocity + commanded.velocity) * time).abs();
+    // At the end of its range a joint stays, however fast it came there after late commands.
+    let is_at_end = commanded.position <= spec.lower || commanded.position >= spec.upper;
     let change = spec.jerk * FACTOR * TICK_S;
     // Speed as commanded and as travelled: each hides what the other one shows.
     let within = speed <= spec.velocity * FACTOR
+        && (is_at_end || apart <= (spec.acceleration * time + APART) * time)
         && mean.abs().max(last.abs()) <= spec.acceleration * FACTOR
         && (mean - before.acceleration).abs() <= 0.5 * (steps + 1.0) * change
         && (last - mean).abs() <= 0.5 * (steps - 1.0) * change;
@@ -112,6 +120,23 @@ mod tests {
     }
 
     #[test]
+    fn a_position_that_does_not_follow_from_the_velocities_counts() {
+        let fast = RampState {
+            velocity: 1.0,
+            ..RampState::default()
+        };
+        assert!(!breaks(&fast, 0.001, 1.0));
+        assert!(!breaks(&fast, 0.001_009, 1.0));
+        assert!(breaks(&fast, 0.0, 1.0), "it stays for a tick");
+        assert!(breaks(&fast, -0.001, 1.0), "it moves back");
+        let near_end = RampState {
+            position: 0.9999,
+            ..fast
+        };
+        assert!(!breaks(&near_end, 1.0, 1.0), "the end of its range");
+    }
+
+    #[test]
     fn a_command_after_two_lost_ones_is_measured_over_three_milliseconds() {
         let before = RampState {
             position: 0.0,
@@ -137,16 +162,16 @@ mod tests {
     fn what_follows_a_lost_command_is_measured_from_what_was_lost() {
         // The acceleration goes from 0 to 5 and on to 10; the first is lost.
         let still = RampState::default();
-        let commanded = |velocity, acceleration| RampState {
+        let commanded = |position, velocity, acceleration| RampState {
+            position,
             velocity,
             acceleration,
-            ..still
         };
-        let (second, broken) = advance(&still, &commanded(0.015, 10.0), 2.0, &spec());
+        let (second, broken) = advance(&still, &commanded(0.000_01, 0.015, 10.0), 2.0, &spec());
         assert!(!broken);
         // Back by the jerk limit.
-        assert!(!advance(&second, &commanded(0.020, 5.0), 1.0, &spec()).1);
-        assert!(advance(&second, &commanded(0.019_9, 5.0), 1.0, &spec()).1);
+        assert!(!advance(&second, &commanded(0.000_027, 0.020, 5.0), 1.0, &spec()).1);
+        assert!(advance(&second, &commanded(0.000_027, 0.019_9, 5.0), 1.0, &spec()).1);
     }
 
     #[test]

@@ -120,6 +120,36 @@ fn a_controller_that_slept_through_the_brake_has_to_start_where_the_arm_is() {
     );
 }
 
+/// A command of before physics was restarted can arrive after it. Its position is that of a tick
+/// ago, its velocity that of now.
+#[test]
+fn a_first_command_in_which_a_joint_stays_at_full_speed_is_refused() {
+    let mut rig = interrupted();
+    let arm = rig.state().arms[0];
+    let velocities = std::array::from_fn(|j| arm.setpoint_velocities[j]);
+    let positions = |ticks: f64| {
+        std::array::from_fn(|j| {
+            arm.setpoint_positions[j] + ticks * 1.0e-3 * arm.setpoint_velocities[j]
+        })
+    };
+    let from_another_start = |rig: &mut Rig, ticks: f64| {
+        let mut command = rig.command(&positions(ticks), &velocities, &[0.0; 7]);
+        command.header.generation += 1;
+        rig.apply(&command);
+        rig.state().arms[0]
+    };
+    let stayed = from_another_start(&mut rig, 0.0);
+    assert_eq!(rig.world.refused_commands(), 1);
+    assert_eq!(stayed.stop_action, StopAction::Hold.code());
+    let mut rig = interrupted();
+    let continued = from_another_start(&mut rig, 1.0);
+    assert_eq!(rig.world.refused_commands(), 0);
+    assert_eq!(
+        (continued.limit_violations, continued.stop_action),
+        (0, StopAction::None.code())
+    );
+}
+
 #[test]
 fn a_command_from_elsewhere_is_refused_and_the_arm_stays() {
     let mut rig = Rig::new(2);

@@ -111,7 +111,7 @@ fn step(
     let is_at_end = q <= spec.lower || q >= spec.upper;
     fail_if(
         apart > spec.acceleration * TICK_S * TICK_S + RETURNS * TICK_S && !is_at_end,
-        || format!("its setpoint moved by {moved} at {mean} per second"),
+        || format!("its setpoint moved by {moved} to {q} at {mean} per second"),
     )?;
     let jerk = (a - old.setpoint_accelerations[joint]).abs();
     // After a late command physics returns to the path by the acceleration limit alone
