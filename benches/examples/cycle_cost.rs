@@ -2,7 +2,7 @@
 //! among 40 obstacles, four fixtures and a stack of 36 bins, without and with a bin in its
 //! gripper. Everything from a state to a command; all in turns in one run.
 //!
-//! `cargo run --release -p robocell-benches --example cycle_cost`
+//! `cargo run --release -p robocell-benches --features measure --example cycle_cost`
 #![allow(
     clippy::expect_used,
     clippy::print_stdout,

@@ -1,5 +1,5 @@
 //! Cost of one tick of a demo at rest: the step of the world, and writing its
-//! state. `cargo run --release -p robocell-physics --example step_cost [TICKS
+//! state. `cargo run --release -p robocell-physics --features measure --example step_cost [TICKS
 //! [DEMO]]`.
 #![allow(clippy::print_stdout, reason = "printing is what this program does")]
 

@@ -1,6 +1,6 @@
 //! The cost of a tick: the 27 nodes of a pick-and-place tree, ten ticks a phase,
 //! with leaves that do almost nothing.
-//! `cargo run --release -p robocell-behavior --example tree_cost`; with a number as its
+//! `cargo run --release -p robocell-behavior --features measure --example tree_cost`; with a number as its
 //! argument it ticks that many times, once, for an instruction counter.
 #![allow(clippy::print_stdout, reason = "what it is for")]
 

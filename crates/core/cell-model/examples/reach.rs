@@ -1,6 +1,6 @@
 //! Loads robots and counts the random poses that their motion policies reach:
 //!
-//! `cargo run --release -p robocell-cell-model --example reach -- [--tip LINK] FILE..`
+//! `cargo run --release -p robocell-cell-model --features measure --example reach -- [--tip LINK] FILE..`
 //!
 //! A file is a URDF or a `config.json` of Isaac Sim. The poses are those of joint positions
 //! within 0.8 rad (m) of the default ones and 0.15, or a tenth of the range, inside of the

@@ -1,7 +1,7 @@
 //! Time of one controller tick (all leaves, pose target, resolve) for the Panda
 //! with 56 spheres over 0, 10, 20 and 50 random obstacles.
 //!
-//! `cargo run --release -p robocell-rmp --example flow_cost`
+//! `cargo run --release -p robocell-rmp --features measure --example flow_cost`
 #![allow(clippy::print_stdout, reason = "prints a table")]
 
 use std::error::Error;

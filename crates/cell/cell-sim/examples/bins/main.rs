@@ -1,8 +1,8 @@
 //! Long series of the cells with bins, one line per seed and one at the end.
 //!
-//!     cargo run --release -p robocell-cell-sim --example bins -- ur10-palletize 1 30
-//!     cargo run --release -p robocell-cell-sim --example bins -- ur10-bin-stack 1 5
-//!     cargo run --release -p robocell-cell-sim --example bins -- ur10-fill-bin 1 30
+//!     cargo run --release -p robocell-cell-sim --features measure --example bins -- ur10-palletize 1 30
+//!     cargo run --release -p robocell-cell-sim --features measure --example bins -- ur10-bin-stack 1 5
+//!     cargo run --release -p robocell-cell-sim --features measure --example bins -- ur10-fill-bin 1 30
 //!
 //! With `LINES` in the environment, the log lines of the task and every contact
 //! of the arm, too.

@@ -1,6 +1,6 @@
 //! Plans the problems of `MotionBenchMaker`:
 //!
-//! `cargo run --release -p robocell-plan --example motion_bench -- PROBLEMS.json [--robot NAME|CONFIG]
+//! `cargo run --release -p robocell-plan --features measure --example motion_bench -- PROBLEMS.json [--robot NAME|CONFIG]
 //! [--reactive|--plan|--execute]`
 //!
 //! PROBLEMS.json is what the script `problem_tar_to_pkl_json.py` of the source package of

@@ -2,7 +2,7 @@
 //! steps it, and prints acceleration, force, metric and state as JSON, to be
 //! compared with any other implementation of the same formulas.
 //!
-//! `cargo run --release -p robocell-rmp --example evaluate -- CASE.json`
+//! `cargo run --release -p robocell-rmp --features measure --example evaluate -- CASE.json`
 //!
 //! Exit code 0 with one JSON object on stdout, or 2 with one error on stderr.
 #![allow(
