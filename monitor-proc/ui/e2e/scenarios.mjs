@@ -287,10 +287,17 @@ async function crashes({ page, look, until, press, same, forgive }) {
   const lines = (text) => look((r, text) => r.store.log.filter((line) => line.text.includes(text)).length, text);
   await starts({ press, until });
   await until("some seconds are recorded", (r) => r.store.timeline?.to_s > 3);
+  // A toast is shown for seconds. On a loaded machine it may be gone before anything looks again.
+  await page.evaluate(() => {
+    window.toasts = [];
+    const shown = (change) => [...change.addedNodes].filter((node) => node.matches(".toast.bad"));
+    const keep = (changes) => window.toasts.push(...changes.flatMap(shown).map((node) => node.textContent));
+    new MutationObserver(keep).observe(document.querySelector(".toasts"), { childList: true });
+  });
   const kill = async (name) => {
     const pid = await look((r, n) => r.store.status.processes.find((p) => p.name === n).pid, name);
     process.kill(pid, "SIGKILL");
-    await page.locator(".toast.bad", { hasText: `${name} was killed (SIGKILL)` }).waitFor();
+    await until(`a toast tells that ${name} was killed`, (_, text) => window.toasts.some((toast) => toast.includes(text)), `${name} was killed (SIGKILL)`);
   };
   await kill("physics");
   await until("the restart of physics is told", (r) => r.store.log.some(({ text, mark }) => mark === "restart" && text.includes("physics restarted: start 2")));
