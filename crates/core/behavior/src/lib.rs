@@ -33,3 +33,8 @@ pub use finding::Finding;
 pub use graph::Graph;
 pub use status::{NodeStatus, ResetReason, Status};
 pub use value::{Str, Value, ValueType};
+
+/// The example of the README is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -47,3 +47,8 @@ pub use planner::{Path, PlanError, Settings, plan};
 pub use reason::{Reason, reason};
 pub use scene::Scene;
 pub use to_pose::{Request, plan_to_pose};
+
+/// The example of the README is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

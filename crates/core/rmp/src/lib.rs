@@ -58,3 +58,8 @@ pub use resolve::exact::Outcome;
 pub use shape::{Core, Obstacle};
 pub use state::MotionState;
 pub use tree::{Carrier, Tree, TreeJoint};
+
+/// The example of the README is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

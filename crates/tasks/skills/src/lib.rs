@@ -63,3 +63,8 @@ pub use shared::{Lease, Owner, Recovery, Reservations};
 pub use skill::{Skill, SkillLeaf, Station};
 pub use way::Way;
 pub use world::{ArmMemory, Told, World};
+
+/// The example of the README is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -50,3 +50,8 @@ pub use settings::{NoSettings, Settings, SetupError};
 pub use task::{Restored, Task};
 pub use time::PolicyTime;
 pub use trees::{TreeError, TreeTools};
+
+/// The example of the README is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
