@@ -8,6 +8,7 @@ use cell_model::random::Random;
 use cell_model::{Data, Robot};
 use cell_rt::monotonic_ns;
 use cell_rt::priority::{self, CONTROLLER_PRIORITY};
+use ipc_types::TICK_S;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use rmp::{JointLimits, MotionState, Obstacle, RmpFlow, TargetId};
 
@@ -24,8 +25,6 @@ const OBSTACLES: [usize; 4] = [0, 10, 20, 50];
 const ROUNDS: usize = 20;
 /// States per round, chosen at random.
 const STATES: usize = 500;
-/// Length of a control cycle (s).
-const CYCLE_S: f64 = 1.0e-3;
 /// Demo of the physics bench.
 const DEMO: &str = "franka-stack";
 /// Turns of each engine that is stepped from Python, and steps per turn.
@@ -96,7 +95,7 @@ fn control() -> Result<Report, CoreError> {
                 let mut state = state.clone();
                 let began_ns = monotonic_ns();
                 // The result is used, or the compiler could leave the work out.
-                let stepped = flow.step_cell(&mut state, &limits, CYCLE_S);
+                let stepped = flow.step_cell(&mut state, &limits, TICK_S);
                 samples.record(monotonic_ns().saturating_sub(began_ns));
                 black_box((stepped.is_ok(), state));
             }

@@ -66,29 +66,29 @@ impl Controller for Box<dyn Controller> {
     }
 }
 
-/// Two controllers on different joints. Both must give a command.
-pub struct CombinedController<A, B> {
-    pub(crate) first: A,
-    pub(crate) second: B,
+/// The controller of an arm and that of its hand, on different joints. Both must give a command.
+pub struct CombinedController<A, H> {
+    pub(crate) arm: A,
+    pub(crate) hand: H,
 }
 
-impl<A: Controller, B: Controller> CombinedController<A, B> {
+impl<A: Controller, H: Controller> CombinedController<A, H> {
     /// Both together.
-    pub fn new(first: A, second: B) -> Self {
-        Self { first, second }
+    pub fn new(arm: A, hand: H) -> Self {
+        Self { arm, hand }
     }
 }
 
-impl<A: Controller, B: Controller> Controller for CombinedController<A, B> {
+impl<A: Controller, H: Controller> Controller for CombinedController<A, H> {
     fn reset(&mut self, estimated: &RobotState) -> bool {
-        self.first.reset(estimated) && self.second.reset(estimated)
+        self.arm.reset(estimated) && self.hand.reset(estimated)
     }
 
     fn forward(&mut self, estimated: &RobotState, setpoint: &Setpoint) -> Option<RobotState> {
-        let first = self.first.forward(estimated, setpoint)?;
-        let second = self.second.forward(estimated, setpoint)?;
+        let arm = self.arm.forward(estimated, setpoint)?;
+        let hand = self.hand.forward(estimated, setpoint)?;
         // Two writers of one joint: no command is better than half a command.
-        first.combine(&second).ok()
+        arm.combine(&hand).ok()
     }
 }
 

@@ -7,6 +7,7 @@
 use std::sync::Arc;
 
 use cell_model::Cell;
+use ipc_types::TICK_S;
 use nalgebra::{DMatrix, Isometry3, Matrix6, UnitQuaternion, Vector3, Vector6};
 use rmp::{RmpFlow, TargetId};
 
@@ -113,9 +114,6 @@ const LINE_TURN_RAD_S: f64 = 0.6;
 const LINE_DAMPING: f64 = 0.05;
 /// Gain of the inverse kinematics (1/s).
 const LINE_GAIN: f64 = 20.0;
-/// Length of a cycle (s).
-// Also after a missed cycle: a longer step would break limits of the joints (ADR 0003).
-const CYCLE_S: f64 = 1.0e-3;
 
 /// Moves the TCP along a straight line from its present pose to the target, turning it evenly,
 /// by damped least squares (Nakamura and Hanafusa, 1986).
@@ -193,10 +191,10 @@ impl Line {
             return Some(point);
         };
         let way = position - point.translation.vector;
-        let step = (LINE_SPEED_M_S * CYCLE_S / way.norm().max(1.0e-9)).min(1.0);
+        let step = (LINE_SPEED_M_S * TICK_S / way.norm().max(1.0e-9)).min(1.0);
         let wanted = setpoint.orientation.unwrap_or(point.rotation);
         let turn = point.rotation.rotation_to(&wanted).scaled_axis();
-        let turn = turn * (LINE_TURN_RAD_S * CYCLE_S / turn.norm().max(1.0e-9)).min(1.0);
+        let turn = turn * (LINE_TURN_RAD_S * TICK_S / turn.norm().max(1.0e-9)).min(1.0);
         let next = Isometry3::from_parts(
             (point.translation.vector + way * step).into(),
             UnitQuaternion::from_scaled_axis(turn) * point.rotation,
@@ -246,7 +244,7 @@ impl Controller for Line {
         let mut wanted = RobotState::EMPTY;
         let columns = self.memory.iter_mut().zip(self.jacobian.column_iter());
         for (joint, (slot, column)) in columns.enumerate() {
-            *slot += column.dot(&weights) * CYCLE_S;
+            *slot += column.dot(&weights) * TICK_S;
             wanted.positions.set(joint, *slot);
         }
         Some(wanted)

@@ -1,15 +1,13 @@
 //! Follows wanted joint positions within the limits of the robot.
 
 use cell_model::Robot;
+use ipc_types::TICK_S;
 use rmp::{JointLimits, MotionState};
 
 use crate::checkpoint::{CheckpointError, Codec};
 use crate::controller::{Controller, Setpoint};
 use crate::robot_state::{MAX_STATE_JOINTS, RobotState};
 
-/// Length of a cycle (s).
-// Also after a missed cycle: a longer step would break limits of the joints (ADR 0003).
-const CYCLE_S: f64 = 1.0e-3;
 /// Gain of the follower (1/s): critically damped, 90 % of a step after 0.2 s.
 const GAIN: f64 = 20.0;
 
@@ -78,7 +76,7 @@ impl Controller for Follower {
             *slot = GAIN * GAIN * off - 2.0 * GAIN * velocity;
         }
         let wanted = self.wanted.get(..n)?;
-        let clips = rmp::follow(&mut self.state, &self.limits, wanted, CYCLE_S).ok()?;
+        let clips = rmp::follow(&mut self.state, &self.limits, wanted, TICK_S).ok()?;
         self.clipped =
             clips.position | clips.velocity | clips.acceleration | clips.jerk | clips.conflict;
         let mut command = RobotState::EMPTY;

@@ -64,6 +64,9 @@ pub type BreakName = Text<BREAK_BYTES>;
 /// Length of one simulated tick in nanoseconds (1 ms).
 // One cycle integrates exactly this (ADR 0003).
 pub const TICK_NS: u64 = 1_000_000;
+/// The same in seconds: also the length of one cycle of a controller.
+// Also after a missed cycle: a longer step would break limits of the joints (ADR 0003).
+pub const TICK_S: f64 = 1.0e-3;
 /// The task decides on every tick that is a multiple of this (100 Hz).
 // Goals are absolute, and the motion between two decisions is the controller's.
 pub const DECISION_TICKS: u64 = 10;

@@ -14,7 +14,7 @@ pub use crate::cli_camera::CameraArgs;
 pub use crate::cli_common::{
     CellArgs, CompleteArgs, DataArgs, JobArgs, ManArgs, ProcessName, ProgramArgs, SceneArgs,
 };
-pub use crate::cli_eval::{BisectArgs, EpisodeArgs, EvalArgs, EvalVerb, MergeArgs, ReportRowsArgs};
+pub use crate::cli_eval::{EpisodeArgs, EvalArgs, EvalVerb, MergeArgs, ReportRowsArgs};
 pub use crate::cli_hand::{
     ArmArgs, GraspArgs, GripperArgs, GripperVerb, JointsArgs, MoveArgs, TargetArgs,
 };

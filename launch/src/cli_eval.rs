@@ -96,35 +96,8 @@ pub struct EpisodeArgs {
 pub enum EvalVerb {
     /// Print the rows of all shards in the order of their seeds
     Merge(MergeArgs),
-    /// Find the least value of a number with which the task is done too rarely
-    Bisect(Box<BisectArgs>),
     /// Report success, reasons and times of rows; compare two files by their seeds
     Report(ReportRowsArgs),
-}
-
-/// `robocell eval bisect`.
-#[derive(Clone, Debug, Args)]
-pub struct BisectArgs {
-    /// Name of the demo
-    pub demo: String,
-    /// Number of the cell file, a bound with which the task is done, and one with which it is not
-    #[arg(long, value_name = "KEY=LOW..HIGH", value_parser = str::parse::<Bounds>)]
-    pub axis: Bounds,
-    /// First and last seed, or a count of seeds from 0, of the episodes of each value
-    #[arg(long, value_name = "A..B|N", allow_hyphen_values = true, value_parser = seed_range)]
-    pub seeds: (u64, u64),
-    /// Share of the seeds that must be done
-    #[arg(long, value_name = "SHARE", default_value = "1", allow_negative_numbers = true, value_parser = share)]
-    pub least_done: f64,
-    /// Values to try between the bounds: each halves the interval
-    #[arg(long, value_name = "N", default_value_t = 8, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=50))]
-    pub steps: u32,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
-    pub episodes: EpisodeArgs,
-    /// Print one JSON object
-    #[arg(long)]
-    pub json: bool,
 }
 
 /// `robocell eval report`.

@@ -41,8 +41,6 @@ pub enum NameKind {
 pub enum OutputName {
     /// `bench`.
     Bench,
-    /// `eval bisect`.
-    Bisect,
     /// `chaos`.
     Chaos,
     /// `bt check` and `fsm check`.

@@ -58,7 +58,7 @@ fn of_output(name: Option<OutputName>, task: Option<&str>) -> Result<(), Failure
         OutputName::Bench => {
             task_program::run_other("robocell-bench", &["--schema".to_owned()])?;
         }
-        OutputName::Bisect | OutputName::Check | OutputName::Eval | OutputName::Verify => {
+        OutputName::Check | OutputName::Eval | OutputName::Verify => {
             let program = task
                 .map(|name| task_program::find(name, None))
                 .transpose()?;

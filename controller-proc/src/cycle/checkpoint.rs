@@ -65,7 +65,7 @@ impl Cycle {
         self.latch.checkpoint(codec)?;
         self.last.checkpoint(codec)?;
         self.suction.checkpoint(codec)?;
-        self.controllers.second.checkpoint(codec)?;
-        self.controllers.first.checkpoint(codec)
+        self.controllers.hand.checkpoint(codec)?;
+        self.controllers.arm.checkpoint(codec)
     }
 }

@@ -1,5 +1,6 @@
 //! The output of a cycle: the command to the drives, and the status.
 
+use cell_model::robots::dynamics::GRAVITY;
 use cell_model::stop::Stop;
 use ipc_types::arm::PATH_POINTS;
 use ipc_types::decision::GoalKind;
@@ -11,9 +12,6 @@ use nalgebra::Vector3;
 
 use super::Cycle;
 use crate::convert::{angle, isometry, pose};
-
-/// Standard gravity in the world frame (m/s²).
-const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 
 impl Cycle {
     fn inputs(&self, state: &WorldState, header: &mut Header) {
@@ -49,7 +47,7 @@ impl Cycle {
         command.joint_accelerations[..n].copy_from_slice(qdd);
         // Feed-forward of the commanded motion, gravity included: without it the arm sags, as
         // on a real robot (ADR 0006).
-        let gravity = self.base.rotation.inverse() * GRAVITY;
+        let gravity = self.base.rotation.inverse() * Vector3::from(GRAVITY);
         let efforts = self.dynamics.inverse_dynamics(q, qd, qdd, &gravity);
         for (slot, effort) in command.joint_efforts.iter_mut().zip(efforts) {
             *slot = *effort;
@@ -108,14 +106,14 @@ impl Cycle {
             Some(_) => arm.gripper.width - gripper.width,
             None => 0.0,
         };
-        status.setpoint = pose(&(self.base * self.controllers.first.tool_pose()));
+        status.setpoint = pose(&(self.base * self.controllers.arm.tool_pose()));
         // The identity before the first goal keeps the message valid.
         status.target = if goal.goal_id == 0 {
             Pose::IDENTITY
         } else {
             goal.target
         };
-        let motion = &self.controllers.first;
+        let motion = &self.controllers.arm;
         status.min_clearance = motion.min_clearance();
         status.clipped_joints = motion.clipped_joints();
         status.clipped_cycles = self.clipped_cycles;
@@ -138,7 +136,7 @@ impl Cycle {
             GripperGoal::Open => "move, open",
             GripperGoal::Close => "move, close",
         };
-        let selected = self.controllers.first.active_name();
+        let selected = self.controllers.arm.active_name();
         selected.unwrap_or(by_rmpflow)
     }
 }

@@ -15,7 +15,7 @@ pub struct PlanAsked {
 impl Cycle {
     /// The request that waits for its answer.
     pub fn plan_request(&self) -> Option<PlanRequest> {
-        self.controllers.first.plan_request().cloned()
+        self.controllers.arm.plan_request().cloned()
     }
 
     /// Number and tick of that request.
@@ -24,26 +24,26 @@ impl Cycle {
             id: request.id,
             tick: request.tick,
         };
-        self.controllers.first.plan_request().map(asked)
+        self.controllers.arm.plan_request().map(asked)
     }
 
     /// Copies that request into one that [`Cycle::empty_plan_request`] made. Allocates
     /// nothing.
     pub fn copy_plan_request(&self, into: &mut PlanRequest) {
-        if let Some(request) = self.controllers.first.plan_request() {
+        if let Some(request) = self.controllers.arm.plan_request() {
             into.copy_from(request);
         }
     }
 
     /// A request with room for any of this arm.
     pub fn empty_plan_request(&self) -> PlanRequest {
-        self.controllers.first.empty_plan_request()
+        self.controllers.arm.empty_plan_request()
     }
 
     /// Takes the answer to a request out of `slot`; the next update uses it. An answer to be
     /// dropped is left in the slot: memory is not freed in a cycle.
     pub fn answer_plan(&mut self, slot: &mut Option<PlanAnswer>) {
-        self.controllers.first.answer_plan(slot);
+        self.controllers.arm.answer_plan(slot);
     }
 
     /// Answers the request that is due at `tick` with `planner`, as a process in lockstep

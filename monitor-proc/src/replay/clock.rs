@@ -2,8 +2,8 @@
 
 use crate::page::command::PlayOrder;
 
-/// Length of a tick (s).
-pub(crate) const TICK_S: f64 = 0.001;
+pub(crate) use ipc_types::TICK_S;
+
 /// A longer pause is a machine that slept (s).
 // Without it the replay would leap by hours after the machine was suspended.
 const MAX_GAP_S: f64 = 0.25;

@@ -6,11 +6,9 @@ use rapier3d_f64::prelude::*;
 
 use crate::engine::manifolds;
 
-/// Length of one tick (s).
-// One tick is one state, and one cycle of each controller (ADR 0003).
-pub const TICK_S: f64 = 1.0e-3;
-/// Gravity in the world frame (m/s²).
-pub const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
+pub use cell_model::robots::dynamics::GRAVITY;
+pub use ipc_types::TICK_S;
+
 /// Solver iterations; the engine runs each as a substep, with a mass matrix of its own. A
 /// second one takes 1.5 times as long and holds no better than more iterations within one.
 pub(crate) const SUBSTEPS: usize = 1;

@@ -119,45 +119,6 @@ fn a_task_that_is_killed_sees_the_same_noise() {
 }
 
 #[test]
-fn the_least_offset_that_breaks_a_task_is_found() {
-    let dir = base();
-    let axis = "disturbance.position_offset_m=0..0.2";
-    let words = [
-        "eval",
-        "bisect",
-        "cube",
-        "--axis",
-        axis,
-        "--seeds",
-        "1..2",
-        "--steps",
-        "2",
-        "--timeout",
-        "40",
-        "--jobs",
-        "2",
-        "--json",
-    ];
-    let said = finish(robocell(base().path(), &words));
-    assert_eq!(said.code, 0, "{said:?}");
-    let found = said.json();
-    let (holds, breaks) = (&found["holds"], &found["breaks"]);
-    let (holds, breaks) = (holds.as_f64().unwrap(), breaks.as_f64().unwrap());
-    assert!((breaks - holds - 0.05).abs() < 1e-9, "{found}");
-    let tried = found["tried"].as_array().unwrap();
-    assert_eq!(tried.len(), 4);
-    for one in tried {
-        let value = one["value"].as_f64().unwrap();
-        assert_eq!(one["holds"], value <= holds, "{one}");
-        assert_eq!(
-            one["first_failed"].is_null(),
-            one["done"] == one["episodes"]
-        );
-    }
-    drop(dir);
-}
-
-#[test]
 fn a_number_that_the_cell_does_not_take_is_refused_before_anything_runs() {
     let dir = base();
     let dir = dir.path();

@@ -10,8 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use cell_model::cells::axis::Axis;
-use cell_model::cells::sweep::{Bounds, Case, Cases, Sweep};
+use cell_model::cells::sweep::{Case, Cases, Sweep};
 use cell_model::runs::policy_server::PolicyServer;
 use cell_model::runs::spec::RunSpec;
 use cell_model::runs::summary::{RunOutcome, RunSummary};
@@ -191,23 +190,6 @@ pub fn cases(program: &Program, spec: &RunSpec, sweep: Sweep) -> Result<Cases, S
         try_settings(program, spec, &case)?;
     }
     Ok(cases)
-}
-
-/// The number whose value is searched for. Both bounds are tried first, as by [`cases`].
-///
-/// # Errors
-/// A key or a bound that the cell or the task refuses.
-pub fn axis(program: &Program, spec: &RunSpec, bounds: Bounds) -> Result<Axis, SimError> {
-    let (file, text) = cell_file(program, spec)?;
-    let axis = Axis::new(bounds, &file, &text)?;
-    for end in axis.ends() {
-        let case = Case {
-            set: vec![axis.at(&end)],
-            ..Case::default()
-        };
-        try_settings(program, spec, &case)?;
-    }
-    Ok(axis)
 }
 
 /// Name for messages, and text, of the cell file.

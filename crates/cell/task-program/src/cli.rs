@@ -22,7 +22,6 @@ use cell_sim::{Program, SimError, run};
 use clap::{Parser, Subcommand};
 
 use crate::around;
-use crate::bisect::Found;
 use crate::camera::{self, CameraArgs};
 use crate::checked::Checked;
 use crate::evaluate::{self, EvalArgs};
@@ -62,7 +61,7 @@ enum Command {
     },
     /// Print the JSON Schema of a kind of file.
     Schema {
-        /// tree, machine or cell; eval, bisect, verify or check for their JSON output.
+        /// tree, machine or cell; eval, verify or check for their JSON output.
         what: String,
     },
     /// Compute a recorded run again and compare it bit for bit.
@@ -336,7 +335,6 @@ fn print_report(report: &Report, json: bool) {
 fn output_schema(what: &str) -> Option<serde_json::Value> {
     match what {
         "eval" => Some(schema::<EvalLine>()),
-        "bisect" => Some(schema::<Found>()),
         "verify" => Some(schema::<Verified<'_>>()),
         "check" => Some(schema::<Checked>()),
         _ => None,
@@ -355,7 +353,7 @@ mod tests {
         let schema = command.find_subcommand("schema").unwrap();
         let what = schema.get_arguments().find(|arg| arg.get_id() == "what");
         let help = what.and_then(|arg| arg.get_help()).unwrap().to_string();
-        for output in ["eval", "bisect", "verify", "check"] {
+        for output in ["eval", "verify", "check"] {
             assert!(output_schema(output).is_some(), "{output}");
             assert!(help.contains(output), "{output} in {help}");
         }

@@ -19,7 +19,6 @@ use clap::Args;
 use evaluation::shard::Shard;
 use robocell_task::Task;
 
-use crate::bisect::{self, Search};
 use crate::exit::STOPPED;
 use crate::failure::CliError;
 use crate::inspect;
@@ -65,15 +64,6 @@ pub(crate) struct EvalArgs {
     /// Leaves that answer without being run, as for `robocell run`.
     #[arg(long)]
     pub(crate) replace: Vec<String>,
-    /// The number whose least value is searched for with which the task is done too rarely.
-    #[arg(long)]
-    pub(crate) bisect: Option<Bounds>,
-    /// Share of the seeds that are done where it is done often enough.
-    #[arg(long, default_value_t = 1.0)]
-    pub(crate) least_done: f64,
-    /// Values tried between the bounds.
-    #[arg(long, default_value_t = 8)]
-    pub(crate) steps: u32,
     /// Rate of the actions (Hz).
     #[arg(long)]
     pub(crate) rate: Option<u32>,
@@ -167,16 +157,6 @@ pub(crate) fn run(program: &Program, args: EvalArgs) -> Result<ExitCode, CliErro
     if let Some(dir) = &plan.record {
         // A first error for all, in place of one by each episode.
         std::fs::create_dir_all(dir).map_err(|source| SimError::from_dir(dir, source))?;
-    }
-    // A search needs the counts of each value only, and writes no rows.
-    if let Some(bounds) = args.bisect {
-        let search = Search {
-            plan,
-            bounds,
-            least_done: args.least_done,
-            steps: args.steps,
-        };
-        return Ok(bisect::run(program, &search, args.json)?);
     }
     let Some(out) = args.out else {
         return Ok(evaluate(program, &plan, args.json)?);

@@ -9,7 +9,6 @@
 #![forbid(unsafe_code)]
 
 mod around;
-mod bisect;
 mod camera;
 mod checked;
 mod cli;

@@ -1,6 +1,7 @@
 //! Failures with objects, and the end of a job after too many of them.
 
 use behavior::Status;
+use cell_model::robots::dynamics::GRAVITY;
 use grasp::{Exclusion, arm_in_the_way};
 use ipc_types::Pose;
 use ipc_types::equipment::{BreakCause, BreakLimit};
@@ -23,8 +24,6 @@ const ARM_PATIENCE_S: f64 = 10.0;
 const OBJECT_PATIENCE_S: f64 = 0.8;
 /// Share of the force limit of a cup beyond which a weight leaves nothing for the motion.
 const HEAVY: f64 = 0.8;
-/// Standard gravity (m/s^2).
-const G: f64 = 9.81;
 /// A motion ends at another arm that is nearer to its end than this (m).
 const ARM_CLEARANCE_M: f64 = 0.05;
 /// An object nearer to its position in the cell file was not moved (m).
@@ -227,7 +226,7 @@ impl World<'_> {
         if gripper.attached != 0 || gripper.break_limit == 0 {
             return None;
         }
-        let weight_n = G * self.object_setup(object)?.mass_kg;
+        let weight_n = self.object_setup(object)?.mass_kg * -GRAVITY[2];
         let is_weight = BreakCause::from_code(gripper.break_cause) == Some(BreakCause::Weight);
         let is_too_heavy = is_weight || weight_n > HEAVY * limit_n;
         let why = if is_too_heavy {

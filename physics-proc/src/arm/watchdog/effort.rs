@@ -1,11 +1,12 @@
 //! Commands of efforts in place of joint positions.
 
 use cell_model::Robot;
+use cell_model::ramp::RampState;
 use ipc_types::ArmCommand;
 use ipc_types::arm::DriveMode;
 use serde::{Deserialize, Serialize};
 
-use super::point::{Point, commanded};
+use super::point::commanded;
 use super::{Accepted, Source, Watchdog};
 
 /// How drives follow a command.
@@ -36,7 +37,7 @@ impl Watchdog {
         }
         for (index, spec) in robot.arm_specs().enumerate() {
             let measured = commanded(command, index);
-            self.setpoint[index] = Point {
+            self.setpoint[index] = RampState {
                 position: measured.position.clamp(spec.lower, spec.upper),
                 velocity: measured.velocity.clamp(-spec.velocity, spec.velocity),
                 acceleration: 0.0,

@@ -1,15 +1,13 @@
 //! Joint setpoints keep the limits of the robot, also over restarts.
 
 use cell_model::robots::robot::JointSpec;
-use ipc_types::WorldState;
 use ipc_types::world::{ArmState, FLAG_LOCKSTEP, ObjectState};
+use ipc_types::{TICK_S, WorldState};
 
 use super::history::History;
 use super::{Check, Moment, Seen, Verdict, fail_if};
 use crate::model::Model;
 
-/// Length of a tick (s).
-const TICK_S: f64 = 1.0e-3;
 /// What rounding may add.
 const MARGIN: f64 = 1.0 + 1.0e-6;
 /// A setpoint as near as this to the commanded path returns to it in one tick (rad/s or m/s).

@@ -285,7 +285,7 @@ fn runs() -> Vec<(&'static str, Case)> {
             },
         ),
         (
-            "crates/core/cell-model/src/cells/sweep.rs::MAX_VARIANTS",
+            "crates/core/cell-model/src/cells/sweep/mod.rs::MAX_VARIANTS",
             |dir, limit| {
                 let values: Vec<String> = (0..=limit).map(|n| format!("0.{:06}", n + 1)).collect();
                 let set = format!("object.0.mass_kg={}", values.join(","));

@@ -1,6 +1,5 @@
 //! Cells: arms, objects, fixtures, equipment, the task's table, and scripts.
 
-pub mod axis;
 pub mod cell;
 mod check_equipment;
 mod check_file;

@@ -11,6 +11,9 @@ use rmp::JointKind;
 use crate::robots::moving_link::{MovingLink, RotationColumns, moving_links};
 use crate::robots::robot::Robot;
 
+/// Standard gravity in the world frame (m/s²).
+pub const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
+
 /// Inverse dynamics of the controlled joints of one robot. Joints that follow one of them load
 /// its drive. Other joints (the fingers) count as fixed at home, with their masses.
 #[derive(Clone, Debug)]

@@ -4,7 +4,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::random::Random;
-use crate::robots::dynamics::Dynamics;
+use crate::robots::dynamics::{Dynamics, GRAVITY};
 use crate::robots::load::stiffness;
 use crate::robots::robot::Robot;
 use crate::robots::urdf_limits::UrdfLimits;
@@ -19,8 +19,6 @@ const MARGIN: f64 = 0.05;
 const STEP: f64 = 1.0e-6;
 /// A direction in which the tool moves by less than this is not open (m/rad or m/m).
 const LEAST_GAIN: f64 = 1.0e-4;
-/// Gravity along z (m/s²).
-const GRAVITY: f64 = -9.81;
 /// Smallest factor by which a drive has to hold the arm; one that does not gets [`STRONG`]
 /// times the effort that is needed.
 const ENOUGH: f64 = 1.2;
@@ -150,7 +148,7 @@ impl Robot {
         let mut random = Random::new(1);
         for _ in 0..TRIALS {
             let positions = self.anywhere(&mut random);
-            let down = Vector3::new(0.0, 0.0, GRAVITY);
+            let down = Vector3::from(GRAVITY);
             let weight = dynamics
                 .inverse_dynamics(&positions, &[], &[], &down)
                 .to_vec();

@@ -124,8 +124,8 @@ const NOT_CAPACITIES: [&str; 37] = [
     "crates/cell/cell-record/src/recording.rs::MAX_BACK",
     "crates/cell/evaluation/src/charts/scale.rs::MOST_DIGITS",
     "crates/cell/supervisor/src/supervision/slot/exits.rs::MAX_CRASHES",
-    "crates/cell/supervisor/src/supervision/slot.rs::MAX_EXTRA_GRACE",
-    "crates/cell/supervisor/src/supervision/slot.rs::MAX_HUNG_STARTS",
+    "crates/cell/supervisor/src/supervision/slot/mod.rs::MAX_EXTRA_GRACE",
+    "crates/cell/supervisor/src/supervision/slot/mod.rs::MAX_HUNG_STARTS",
     "crates/cell/supervisor/src/run/bus_thread.rs::MAX_GAP_NS",
     "crates/cell/supervisor/src/run/starvation.rs::MAX_GAP_NS",
     "crates/core/plan/src/body.rs::MAX_JOINTS",
@@ -137,18 +137,18 @@ const NOT_CAPACITIES: [&str; 37] = [
     "crates/tasks/task/src/time.rs::MOST_TICKS",
     "crates/tasks/tree-import/src/document/elements.rs::MAX_COUNTED",
     "crates/cell/supervisor/src/run/disturbances.rs::MOST_FILLED",
-    "launch/src/chaos/kills.rs::MOST_TICKS_LOST",
+    "launch/src/chaos/kills/mod.rs::MOST_TICKS_LOST",
     "launch/src/client/approach.rs::MOST_S",
     "monitor-proc/src/feed/real_time_factor.rs::MAX_SAMPLES",
     "monitor-proc/src/page/fields.rs::MAX_WHOLE",
-    "physics-proc/src/arm/watchdog.rs::MAX_OUTSIDE_TICKS",
+    "physics-proc/src/arm/watchdog/mod.rs::MAX_OUTSIDE_TICKS",
     "physics-proc/src/resume/due.rs::MAX_LOST_TICKS",
     "physics-proc/src/script_report.rs::WAITING",
 ];
 /// Files of the states that are kept, whose capacities are files on a disk.
 const ELSEWHERE: [&str; 4] = [
     "crates/cell/cell-rt/src/slot/layout.rs",
-    "crates/cell/task-program/src/slots.rs",
+    "crates/cell/task-program/src/slots/mod.rs",
     "crates/tasks/task/src/checkpoint.rs",
     "physics-proc/src/state/snapshot.rs",
 ];

@@ -39,7 +39,7 @@ mod point;
 
 use effort::Mode;
 
-use point::{Point, advance_one, commanded, limited, point, ramp_state, same_motion};
+use point::{advance_one, commanded, limited, same_motion};
 
 /// Largest difference between the acceleration that a command states and the one that it
 /// makes, as a share of the acceleration limit: the next commands are then within the jerk
@@ -80,9 +80,9 @@ const MAX_OUTSIDE_TICKS: u32 = 500;
 pub(crate) struct Watchdog {
     source: Source,
     /// In force, by controlled joint.
-    setpoint: Vec<Point>,
+    setpoint: Vec<RampState>,
     /// Last accepted command, or the ramp's last output.
-    anchor: Vec<Point>,
+    anchor: Vec<RampState>,
     /// Feed-forward of the last accepted command (N·m or N).
     efforts: Vec<f64>,
     accepted: Option<Accepted>,
@@ -122,11 +122,11 @@ pub(crate) struct WatchdogOutput {
 impl Watchdog {
     /// Holding `home` (rad or m by controlled joint).
     pub(crate) fn new(home: &[f64]) -> Self {
-        let points: Vec<Point> = home
+        let points: Vec<RampState> = home
             .iter()
-            .map(|&position| Point {
+            .map(|&position| RampState {
                 position,
-                ..Point::default()
+                ..RampState::default()
             })
             .collect();
         Self {
@@ -165,7 +165,7 @@ impl Watchdog {
 
     /// Position, velocity and acceleration in force, by controlled joint.
     pub(crate) fn setpoint(&self) -> impl Iterator<Item = RampState> + '_ {
-        self.setpoint.iter().map(|p| ramp_state(*p))
+        self.setpoint.iter().copied()
     }
 
     /// Feed-forward of the command in force.
@@ -330,7 +330,7 @@ impl Watchdog {
         let last = self.accepted.map_or(id.seq, |last| last.seq);
         let steps = id.seq.saturating_sub(last).max(1) as f64;
         for (index, spec) in robot.arm_specs().enumerate() {
-            let before = ramp_state(self.anchor[index]);
+            let before = self.anchor[index];
             let commanded = commanded(command, index);
             let (after, broken) = violations::advance(&before, &commanded, steps, spec);
             // Judged against the commanded path, not against the setpoint, which may be behind
@@ -341,11 +341,11 @@ impl Watchdog {
             // limit.
             let is_next = !broken && steps <= 1.0;
             let is_on_path = is_next && same_motion(&self.setpoint[index], &self.anchor[index]);
-            self.anchor[index] = point(after);
+            self.anchor[index] = after;
             self.setpoint[index] = if is_on_path {
                 limited(self.setpoint[index], after, spec)
             } else {
-                point(catch_up(&ramp_state(self.setpoint[index]), &after, spec))
+                catch_up(&self.setpoint[index], &after, spec)
             };
             self.efforts[index] = command.joint_efforts[index];
         }
@@ -360,9 +360,9 @@ impl Watchdog {
     pub(crate) fn rest_at(&mut self, positions: impl Iterator<Item = f64>) {
         self.source = Source::Own;
         for (setpoint, position) in self.setpoint.iter_mut().zip(positions) {
-            *setpoint = Point {
+            *setpoint = RampState {
                 position,
-                ..Point::default()
+                ..RampState::default()
             };
         }
         self.anchor.clone_from(&self.setpoint);
@@ -375,7 +375,7 @@ impl Watchdog {
         let answered = self.accepted.map_or(tick, |accepted| accepted.tick);
         let in_a_row = tick.saturating_sub(answered);
         for (setpoint, spec) in self.setpoint.iter_mut().zip(robot.arm_specs()) {
-            *setpoint = point(coast(&ramp_state(*setpoint), in_a_row, spec));
+            *setpoint = coast(setpoint, in_a_row, spec);
         }
     }
 
@@ -384,15 +384,13 @@ impl Watchdog {
         self.source = Source::Own;
         // From the setpoint, not from the measured state, whose tracking error would be a step
         // of the acceleration.
-        let mut joints: Vec<RampState> = self.setpoint().collect();
-        ramp::brake_all(&mut joints, limits, TICK_S);
+        ramp::brake_all(&mut self.setpoint, limits, TICK_S);
         // After late commands the way to the limit may be shorter than that of the brake: the
         // joint would be driven against its stop.
         let ends = limits.lower.iter().zip(&limits.upper);
-        for (joint, (lower, upper)) in joints.iter_mut().zip(ends) {
+        for (joint, (lower, upper)) in self.setpoint.iter_mut().zip(ends) {
             joint.position = joint.position.max(*lower).min(*upper);
         }
-        self.setpoint = joints.into_iter().map(point).collect();
         // The next command is judged from where the ramp is now.
         self.anchor.clone_from(&self.setpoint);
     }

@@ -189,7 +189,7 @@ fn convert(read: RmpFlowFile) -> RmpFlowParameters {
 mod tests {
     use super::*;
 
-    const PANDA: &str = include_str!("../../../../../robots/panda/panda_rmpflow.yaml");
+    const PANDA: &str = include_str!("../../../../../../robots/panda/panda_rmpflow.yaml");
 
     #[test]
     fn our_own_tuning_is_read() {

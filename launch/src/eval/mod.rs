@@ -12,7 +12,7 @@ use cell_model::user_file;
 use evaluation::report::{Gate, Reports, report};
 use supervisor::failure::{Code, Context as _, Failure};
 
-use crate::cli::{BisectArgs, EpisodeArgs, EvalArgs, EvalVerb, ReportRowsArgs};
+use crate::cli::{EpisodeArgs, EvalArgs, EvalVerb, ReportRowsArgs};
 use crate::cli_server::ServerArgs;
 use crate::run::plan;
 use crate::run::plan::server::not_for;
@@ -23,7 +23,6 @@ pub(crate) fn run(args: &EvalArgs) -> Result<(), Failure> {
     match &args.verb {
         Some(EvalVerb::Merge(merge)) => merged::print(&merge.files),
         Some(EvalVerb::Report(report)) => report_files(report),
-        Some(EvalVerb::Bisect(args)) => bisect(args),
         None => run_seeds(args),
     }
 }
@@ -69,14 +68,6 @@ fn run_seeds(args: &EvalArgs) -> Result<(), Failure> {
             order.add("--launcher", Some(path(&own)));
         }
     }
-    order.run(args.json)
-}
-
-fn bisect(args: &BisectArgs) -> Result<(), Failure> {
-    let mut order = Order::of(&args.episodes, &args.demo, args.seeds)?;
-    order.add("--bisect", Some(args.axis.to_string()));
-    order.add("--least-done", Some(args.least_done.to_string()));
-    order.add("--steps", Some(args.steps.to_string()));
     order.run(args.json)
 }
 

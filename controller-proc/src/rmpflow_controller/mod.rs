@@ -2,7 +2,7 @@
 //! resolves within the limits of the robot.
 
 use cell_model::Cell;
-use ipc_types::WorldState;
+use ipc_types::{TICK_S, WorldState};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use rmp::{
     CollisionParameters, CspaceTargetParameters, JointLimits, MotionState, RmpFlow, TargetId,
@@ -19,9 +19,6 @@ use crate::surroundings::{Among, Surroundings};
 
 mod checkpoint;
 
-/// Length of a cycle (s).
-// Also after a missed cycle: a longer step would break limits of the joints (ADR 0003).
-const CYCLE_S: f64 = 1.0e-3;
 /// Speed below which a joint is at rest (rad/s or m/s).
 const STANDSTILL: f64 = 1.0e-6;
 /// Clearance that is reported without an obstacle (m).
@@ -301,12 +298,10 @@ impl RmpFlowController {
     fn step(&mut self) -> Result<(), rmp::FlowError> {
         // The brake is computed without policies: obstacles must not delay a stop.
         if self.mode == Mode::Brake {
-            let clips = rmp::brake(&mut self.state, &self.limits, CYCLE_S)?;
+            let clips = rmp::brake(&mut self.state, &self.limits, TICK_S)?;
             self.clipped_joints = clips.acceleration | clips.jerk;
         } else {
-            let report = self
-                .flow
-                .step_cell(&mut self.state, &self.limits, CYCLE_S)?;
+            let report = self.flow.step_cell(&mut self.state, &self.limits, TICK_S)?;
             self.min_clearance = report.clearance.map_or(NO_OBSTACLE_M, |c| c.distance);
             let clips = report.clips;
             // Reported, since a clipped joint means that the limits shaped the motion.

@@ -134,7 +134,7 @@ impl Cycle {
         let computed = self.controllers.forward(&drives, &setpoint);
         // Take the result, or the rest of the drives while physics holds the arm. It is within the
         // limits of the joints already.
-        self.limit(computed.as_ref(), arm, &drives);
+        self.take_or_repeat(computed.as_ref(), arm, &drives);
         // Publish.
         self.count(state.header.tick);
         self.write_command(state, command);
@@ -171,18 +171,18 @@ impl Cycle {
         // The ticks up to this state were not missed by this motion.
         self.last_tick = None;
         self.controllers.reset(drives);
-        self.controllers.second.begin(&arm.gripper);
+        self.controllers.hand.begin(&arm.gripper);
         self.suction.start(&arm.gripper);
     }
 
     /// Sets what the controllers of this cycle follow: the goal's selector, and the hand.
     fn choose(&mut self, state: &WorldState) {
         let goal = self.latch.goal();
-        let motion = &mut self.controllers.first;
+        let motion = &mut self.controllers.arm;
         // Also while the arm holds: it still evades, and must see the other arm move.
         motion.observe(state, self.arm, goal.object_mask);
         motion.select(goal.selector);
-        let hand = &mut self.controllers.second;
+        let hand = &mut self.controllers.hand;
         hand.follow(self.latch.gripper(), self.latch.goal().open_width);
         self.suction.follow(self.latch.gripper());
     }
@@ -195,7 +195,12 @@ impl Cycle {
     /// While physics holds an arm at rest, the command is that rest. Physics accepts any of
     /// these commands, however late it arrives, because each of them continues from the same
     /// setpoint (ADR 0014).
-    fn limit(&mut self, computed: Option<&RobotState>, arm: &ArmState, drives: &RobotState) {
+    fn take_or_repeat(
+        &mut self,
+        computed: Option<&RobotState>,
+        arm: &ArmState,
+        drives: &RobotState,
+    ) {
         if let Some(computed) = computed {
             self.last = *computed;
         }
@@ -213,7 +218,7 @@ impl Cycle {
         last.accelerations.set_from(0, changes);
         // The integrated state is put back as well, so that the next cycle continues from the
         // same place.
-        self.controllers.first.reset(drives);
+        self.controllers.arm.reset(drives);
     }
 
     fn stop(&self, tick: u64, arm: &ArmState, decision_limit_ticks: u64) -> Stop {
@@ -278,7 +283,7 @@ impl Cycle {
             direction: self.base.rotation.inverse() * Vector3::from(goal.approach),
             std_dev: goal.approach_std_dev,
         };
-        let tool = self.controllers.first.tool_pose();
+        let tool = self.controllers.arm.tool_pose();
         let wanted = (target.translation.vector, Some(target.rotation));
         corridor.shift(wanted, (tool.translation.vector, tool.rotation))
     }
@@ -290,7 +295,7 @@ impl Cycle {
             self.missed_cycles += tick.saturating_sub(last).saturating_sub(1);
         }
         self.last_tick = Some(tick);
-        let clipped = self.controllers.first.clipped_joints();
+        let clipped = self.controllers.arm.clipped_joints();
         self.clipped_cycles += u64::from(clipped != 0);
     }
 }
