@@ -24,8 +24,9 @@ impl Watchdog {
         self.mode == Mode::Effort && self.source == Source::Commands
     }
 
-    /// Takes over a command of efforts; `false` for one of positions. The setpoint is where the joints were measured: from there the arm
-    /// brakes, and the next command of positions continues.
+    /// Takes over a command of efforts; `false` for one of positions. The setpoint becomes the
+    /// measured joint positions: the arm brakes from there, and the next command of positions
+    /// continues from there.
     pub(super) fn takes_efforts(
         &mut self,
         command: &ArmCommand,

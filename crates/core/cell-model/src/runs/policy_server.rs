@@ -145,7 +145,7 @@ fn kind_of(text: &str) -> Option<FaultKind> {
     }
     if let Some(ms) = text.strip_prefix("late:") {
         let ms = ms.parse().ok();
-        // There is no observation between two periods that could be sent late.
+        // Observations are made once in a period: only whole periods of delay exist.
         let ms = ms.filter(|ms: &u64| (1..=MAX_LATE_MS).contains(ms) && ms.is_multiple_of(STEP_MS));
         return ms.map(FaultKind::Late);
     }
