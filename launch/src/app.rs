@@ -4,7 +4,7 @@ use clap::ValueEnum;
 use ipc_types::operator::OperatorAction;
 use supervisor::failure::Failure;
 
-use crate::cli::{AssetsArgs, AssetsVerb, BenchArgs, Cli, Command, ExportArgs, SpheresArgs};
+use crate::args::{AssetsArgs, AssetsVerb, BenchArgs, Cli, Command, ExportArgs, SpheresArgs};
 use crate::eval;
 use crate::progress::Progress;
 use crate::{

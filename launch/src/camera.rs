@@ -2,7 +2,7 @@
 
 use supervisor::failure::Failure;
 
-use crate::cli::CameraArgs;
+use crate::args::CameraArgs;
 use crate::run::{one_process, resolve};
 
 /// Does what the arguments say.

@@ -6,7 +6,7 @@ use std::ffi::OsString;
 use clap::builder::StyledStr;
 use clap::{Arg, ArgAction, Command, CommandFactory as _};
 
-use crate::cli::Cli;
+use crate::args::Cli;
 
 /// All commands.
 pub(crate) fn command() -> Command {
@@ -141,6 +141,6 @@ mod tests {
         }
         check(&command(), "robocell");
         let bench = help("robocell bench --help");
-        assert!(bench.contains("  e2e       Age of the state"), "{bench}");
+        assert!(bench.contains("  e2e      Age of the state"), "{bench}");
     }
 }

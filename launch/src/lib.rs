@@ -3,23 +3,10 @@
 #![forbid(unsafe_code)]
 
 mod app;
+pub mod args;
 mod asked;
 mod camera;
 pub mod chaos;
-pub mod cli;
-mod cli_behaviour;
-mod cli_camera;
-mod cli_common;
-mod cli_eval;
-mod cli_hand;
-mod cli_kinds;
-mod cli_operate;
-mod cli_page;
-mod cli_robot;
-mod cli_run;
-mod cli_server;
-mod cli_status;
-mod cli_values;
 mod client;
 mod command_line;
 mod complete;
@@ -49,7 +36,7 @@ use supervisor::failure::{Code, Context as _, Failure};
 /// Does what the command line `words` says and turns a failure into its exit code.
 pub fn main(words: &[OsString]) -> ExitCode {
     // First: the programs that are started later inherit the limit.
-    supervisor::run::preflight::raise_stack();
+    supervisor::run::files::preflight::raise_stack();
     let done = parse(words).and_then(|cli| cli.map_or(Ok(()), |cli| app::dispatch(&cli)));
     // What was done is of no use to a script that reads less of it.
     let written = stdout::finish().cannot("write to standard output");
@@ -75,7 +62,7 @@ pub fn main(words: &[OsString]) -> ExitCode {
 }
 
 /// The command line; `None` where only help was asked for.
-fn parse(words: &[OsString]) -> Result<Option<cli::Cli>, Failure> {
+fn parse(words: &[OsString]) -> Result<Option<args::Cli>, Failure> {
     // Run files, recordings and messages are UTF-8. A path that is not would be changed on
     // its way, and another file be reported as missing.
     if let Some(word) = words.iter().find(|word| word.to_str().is_none()) {
@@ -86,7 +73,7 @@ fn parse(words: &[OsString]) -> Result<Option<cli::Cli>, Failure> {
         )));
     }
     let matches = command_line::command().try_get_matches_from(command_line::cell_last(words));
-    let error = match matches.and_then(|matches| cli::Cli::from_arg_matches(&matches)) {
+    let error = match matches.and_then(|matches| args::Cli::from_arg_matches(&matches)) {
         Ok(cli) => return Ok(Some(cli)),
         Err(error) => error,
     };

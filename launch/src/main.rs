@@ -1,4 +1,4 @@
-//! `robocell`: see [`launch::cli`] for its commands.
+//! `robocell`: see [`launch::args`] for its commands.
 
 use std::ffi::OsString;
 use std::process::ExitCode;

@@ -5,7 +5,7 @@ use std::path::Path;
 use clap::{Command, CommandFactory};
 use supervisor::failure::{Context, Failure};
 
-use crate::cli::{Cli, ManArgs};
+use crate::args::{Cli, ManArgs};
 use crate::say;
 use crate::suggestion::did_you_mean;
 

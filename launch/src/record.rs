@@ -9,7 +9,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use supervisor::failure::{Context, Failure};
 
-use crate::cli::{RecordArgs, RecordVerb};
+use crate::args::{RecordArgs, RecordVerb};
 use crate::client::Session;
 use crate::run::plan::paths::new_file;
 use crate::{output, say};

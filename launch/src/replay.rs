@@ -9,7 +9,7 @@ use supervisor::failure::{Code, Context, Failure};
 use supervisor::programs::beside;
 use supervisor::rundir::RunDir;
 
-use crate::cli::ReplayArgs;
+use crate::args::ReplayArgs;
 use crate::{page, say, task_program};
 
 /// Does what the command line says.

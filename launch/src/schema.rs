@@ -1,15 +1,15 @@
 //! `robocell schema`.
 
-use cell_model::runs::incident::Incident;
-use cell_model::runs::output;
-use cell_model::runs::summary::RunSummary;
-use cell_model::runs::wire;
+use cell_run::incident::Incident;
+use cell_run::output;
+use cell_run::summary::RunSummary;
+use cell_run::wire;
 use clap::ValueEnum;
 use schemars::JsonSchema;
 use supervisor::failure::Failure;
 
-use crate::cli::{SchemaArgs, SchemaKind};
-use crate::cli_kinds::OutputName;
+use crate::args::kinds::OutputName;
+use crate::args::{SchemaArgs, SchemaKind};
 use crate::{chaos, client, plot, record, say, task_program};
 
 /// Prints the JSON Schema of a kind of file.

@@ -13,8 +13,8 @@ use std::time::Duration;
 
 use cell_model::cells::replace::Replace;
 use cell_model::cells::setting::Setting;
-use cell_model::runs::python;
 use cell_model::{CLIENT_CONTROLLER, Cell};
+use cell_run::python;
 use supervisor::failure::{Code, Context, Failure};
 use supervisor::programs::{beside, task_program};
 

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread::JoinHandle;
 
-use cell_model::runs::script_report::{ScriptReply, save};
+use cell_run::script_report::{ScriptReply, save};
 
 use crate::plant::Plant;
 

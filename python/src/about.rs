@@ -1,7 +1,7 @@
 //! The description of a cell that Python gets before it runs, as JSON.
 
 use cell_model::Cell;
-use cell_model::runs::wire;
+use cell_run::wire;
 use pyo3::prelude::*;
 use robocell_skills::Setup;
 use serde_json::{Value, json};

@@ -57,7 +57,8 @@ pub(crate) fn task_main(
     };
     let policies = policies(makers, &reports);
     // The policies attach to the interpreter in other threads; held here, it would block them.
-    let code = py.detach(move || main_of(policies, Controllers::default(), &words));
+    let code =
+        py.detach(move || main_of(policies, Controllers::default(), gateways::all(), &words));
     // An ExitCode tells its number to the operating system only.
     (0..=u8::MAX)
         .find(|n| ExitCode::from(*n) == code)

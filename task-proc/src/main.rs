@@ -5,6 +5,8 @@
 
 use std::process::ExitCode;
 
+use robocell_task_program::control::Controllers;
+
 fn main() -> ExitCode {
-    robocell_task_program::main(demos::policies())
+    robocell_task_program::main_with(demos::policies(), Controllers::default(), gateways::all())
 }

@@ -12,8 +12,8 @@ use cell_rt::process::{SIGCONT, SIGKILL, SIGSTOP, kill};
 use ipc_types::topic::Process;
 use supervisor::run::{Disturbances, LiveCell};
 
-use crate::cli::ProcessName;
-use crate::cli_kinds::FaultKind;
+use crate::args::ProcessName;
+use crate::args::kinds::FaultKind;
 
 /// How long a busy machine, a full disk and a flood last (s).
 const EPISODE_S: f64 = 3.0;

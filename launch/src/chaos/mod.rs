@@ -5,9 +5,9 @@ mod kills;
 mod report;
 
 use cell_model::random::Random;
-use cell_model::runs::summary::RunOutcome;
 use cell_rt::clock::monotonic_ns;
 use cell_rt::signal::stop_requested;
+use cell_run::summary::RunOutcome;
 use clap::Parser;
 use ipc_types::topic::Process;
 use ipc_types::world::FLAG_ENDING;
@@ -16,8 +16,8 @@ use supervisor::leftovers::Leftovers;
 use supervisor::run::plan::Plan;
 use supervisor::run::{End, LiveCell};
 
-use crate::cli::{ChaosArgs, Cli, Command, ProcessName};
-use crate::cli_kinds::FaultKind;
+use crate::args::kinds::FaultKind;
+use crate::args::{ChaosArgs, Cli, Command, ProcessName};
 use crate::run;
 use crate::{output, say};
 use fault::{Begun, Faults, Struck, kill_one};

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use cell_model::runs::summary::{RunOutcome, RunSummary};
+use cell_run::summary::{RunOutcome, RunSummary};
 use ipc_types::TICK_NS;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -166,7 +166,7 @@ impl Report {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cell_model::runs::summary::RunFacts;
+    use cell_run::summary::RunFacts;
     use ipc_types::decision::Outcome;
     use ipc_types::{Decision, Wire, WorldState};
 

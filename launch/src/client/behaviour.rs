@@ -10,7 +10,7 @@ use supervisor::failure::{Context, Failure};
 use super::columns::terminal_width;
 use super::import;
 use super::top::View;
-use crate::cli::{BehaviourVerb, CheckArgs, DataArgs, ShowArgs, TreeArgs, TreeVerb};
+use crate::args::{BehaviourVerb, CheckArgs, DataArgs, ShowArgs, TreeArgs, TreeVerb};
 use crate::client::session::Session;
 use crate::run::plan;
 use crate::{say, task_program};

@@ -13,7 +13,7 @@ use super::operate::{ask_physics, request};
 use super::session::Session;
 use super::top::View;
 use super::watched::Trace;
-use crate::cli::BreakArgs;
+use crate::args::BreakArgs;
 use crate::say;
 use crate::suggestion::did_you_mean;
 

@@ -7,7 +7,7 @@ use super::columns::{Column, table, terminal_width};
 use super::follow::Follower;
 use super::operate::object_index;
 use super::session::Session;
-use crate::cli::GraspArgs;
+use crate::args::GraspArgs;
 use crate::{output, say};
 
 /// `robocell grasp OBJECT`.

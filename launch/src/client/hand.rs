@@ -16,7 +16,7 @@ use super::approach::{Approach, Arrival, MOST_S};
 use super::follow::{Follower, PATIENCE};
 use super::operate::{ask_physics, request, tell};
 use super::session::Session;
-use crate::cli::{GripperArgs, GripperVerb, TargetArgs};
+use crate::args::{GripperArgs, GripperVerb, TargetArgs};
 use crate::say;
 
 /// How long a status is waited for.

@@ -7,7 +7,7 @@ use cell_model::data::read_text;
 use supervisor::failure::Failure;
 use tree_import::{Imported, Leaf};
 
-use crate::cli::ImportArgs;
+use crate::args::ImportArgs;
 use crate::say;
 
 /// Prints the tree of an XML file as a tree file, and on stderr the leaves to provide.

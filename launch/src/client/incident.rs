@@ -2,14 +2,14 @@
 
 use std::fmt::Write as _;
 
-use cell_model::runs::incident::{Head, Incident, Incidents, LoopTrace};
+use cell_run::incident::{Head, Incident, Incidents, LoopTrace};
 use schemars::JsonSchema;
 use serde::Serialize;
 use supervisor::failure::{Context, Failure};
 use supervisor::flight;
 use supervisor::rundir::RunDir;
 
-use crate::cli::IncidentArgs;
+use crate::args::IncidentArgs;
 use crate::shell::quoted;
 use crate::{output, say};
 
@@ -258,7 +258,7 @@ fn short(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cell_model::runs::incident::{Event, Head, LogTail};
+    use cell_run::incident::{Event, Head, LogTail};
 
     fn incident() -> Incident {
         let times = 0..100_u16;

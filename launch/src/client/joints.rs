@@ -10,7 +10,7 @@ use super::follow::Follower;
 use super::hand::{contact_stop, in_parentheses, not_reached, state_of_led_cell};
 use super::operate::{ask_physics, request};
 use super::session::Session;
-use crate::cli::JointsArgs;
+use crate::args::JointsArgs;
 use crate::say;
 
 /// Closer to the target than this is at it (rad or m): with a cube in the gripper the

@@ -2,14 +2,14 @@
 
 use std::path::PathBuf;
 
-use cell_model::runs::spec::RunSpec;
 use cell_model::{Cell, Data};
+use cell_run::spec::RunSpec;
 use schemars::JsonSchema;
 use serde::Serialize;
 use supervisor::failure::Failure;
 use supervisor::rundir::RunDir;
 
-use crate::cli::ListArgs;
+use crate::args::ListArgs;
 use crate::{output, say};
 
 /// A cell file.

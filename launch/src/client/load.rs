@@ -2,12 +2,12 @@
 
 use std::time::{Duration, Instant};
 
-use cell_model::runs::spec::Speed;
+use cell_run::spec::Speed;
 use supervisor::control::{Request, ask};
 use supervisor::failure::{Code, Failure};
 
 use super::session::Session;
-use crate::cli::LoadArgs;
+use crate::args::LoadArgs;
 use crate::say;
 
 /// An orderly stop and a start take a few seconds.

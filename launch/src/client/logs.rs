@@ -10,7 +10,7 @@ use supervisor::failure::{Context, Failure};
 use supervisor::process_log::Follower;
 use supervisor::rundir::RunDir;
 
-use crate::cli::LogsArgs;
+use crate::args::LogsArgs;
 use crate::suggestion::did_you_mean;
 use crate::{output, say};
 

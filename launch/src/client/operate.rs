@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use cell_bus::Bus;
 use cell_model::Cell;
-use cell_model::runs::spec::Speed;
+use cell_run::spec::Speed;
 use ipc_types::decision::Outcome;
 use ipc_types::operator::{OperatorAction, ReplyCode};
 use ipc_types::world::{FLAG_PAUSED, OBJECT_DRAGGED, PauseCause};
@@ -15,7 +15,7 @@ use supervisor::failure::{Context, Failure};
 use super::follow::{Follower, PATIENCE};
 use super::picture::Picture;
 use super::session::Session;
-use crate::cli::{
+use crate::args::{
     AddBinArgs, CellArgs, DragArgs, DropPartsArgs, SpeedArgs, StepArgs, TaskArgs, TaskVerb,
 };
 use crate::say;

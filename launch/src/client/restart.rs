@@ -16,7 +16,7 @@ use super::follow::check_lives;
 use super::operate::accepted;
 use super::picture::Picture;
 use super::session::Session;
-use crate::cli::{ProcessName, RestartArgs};
+use crate::args::{ProcessName, RestartArgs};
 use crate::{say, task_program};
 
 /// A process that was asked to restart is back within this, or something is wrong.

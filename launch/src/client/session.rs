@@ -2,10 +2,10 @@
 
 use cell_bus::{Bus, RunSite};
 use cell_model::Cell;
-use cell_model::runs::spec::RunSpec;
+use cell_run::spec::RunSpec;
 use supervisor::failure::{Context, Failure};
 use supervisor::lock::Holder;
-use supervisor::run::room::Room;
+use supervisor::run::files::room::Room;
 use supervisor::rundir::RunDir;
 
 use crate::run::plan;

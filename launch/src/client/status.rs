@@ -15,7 +15,7 @@ use super::process_table::{self, ProcessStatus};
 use super::scene::{self, ArmReport, ObjectReport};
 use super::session::Session;
 use super::top::equipment::Names;
-use crate::cli::ReportArgs;
+use crate::args::ReportArgs;
 use crate::{output, say};
 
 /// How a cell is doing: the result of `robocell status --json`.

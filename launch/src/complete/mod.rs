@@ -6,8 +6,8 @@ use ipc_types::topic::Process;
 use supervisor::failure::Failure;
 use supervisor::rundir::{DEFAULT_CELL, RunDir};
 
-use crate::cli::{Cli, CompleteArgs};
-use crate::cli_kinds::NameKind;
+use crate::args::kinds::NameKind;
+use crate::args::{Cli, CompleteArgs};
 use crate::client::Session;
 use crate::{say, task_program};
 

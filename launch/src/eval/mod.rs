@@ -7,13 +7,13 @@ use std::path::{Path, PathBuf};
 
 use cell_model::cells::sweep::{Bounds, Values};
 use cell_model::runs::policy_server::{Fault, is_address};
-use cell_model::runs::python;
 use cell_model::user_file;
+use cell_run::python;
 use evaluation::report::{Gate, Reports, report};
 use supervisor::failure::{Code, Context as _, Failure};
 
-use crate::cli::{EpisodeArgs, EvalArgs, EvalVerb, ReportRowsArgs};
-use crate::cli_server::ServerArgs;
+use crate::args::server::ServerArgs;
+use crate::args::{EpisodeArgs, EvalArgs, EvalVerb, ReportRowsArgs};
 use crate::run::plan;
 use crate::run::plan::server::not_for;
 use crate::{say, task_program};

@@ -7,12 +7,13 @@ use std::path::{Path, PathBuf};
 use cell_model::Data;
 use supervisor::failure::{Context as _, Failure};
 
-use crate::cli::{NewArgs, Way};
+use crate::args::{NewArgs, Way};
 use crate::say;
 
 /// Packages a project depends on, and where they are in a checkout.
-const PACKAGES: [(&str, &str); 4] = [
+const PACKAGES: [(&str, &str); 5] = [
     ("robocell-behavior", "crates/core/behavior"),
+    ("robocell-gateways", "crates/gateways/all"),
     ("robocell-skills", "crates/tasks/skills"),
     ("robocell-task", "crates/tasks/task"),
     ("robocell-task-program", "crates/cell/task-program"),

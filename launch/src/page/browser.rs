@@ -2,7 +2,7 @@
 
 use std::process::{Command, Stdio};
 
-use cell_model::runs::spec::PageSpec;
+use cell_run::spec::PageSpec;
 
 use super::link;
 use crate::say;

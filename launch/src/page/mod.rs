@@ -7,11 +7,11 @@ pub(crate) mod dist;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpStream};
 use std::time::Duration;
 
-use cell_model::runs::spec::{PageSecrets, PageSpec};
+use cell_run::spec::{PageSecrets, PageSpec};
 use supervisor::failure::{Context, Failure};
 use supervisor::rundir::RunDir;
 
-use crate::cli::PageArgs;
+use crate::args::PageArgs;
 
 use address::{ListenAddress, place};
 pub(crate) use browser::open;

@@ -14,7 +14,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use supervisor::failure::{Context, Failure};
 
-use crate::cli::PlotArgs;
+use crate::args::PlotArgs;
 use crate::{output, say};
 use signals::Signal;
 

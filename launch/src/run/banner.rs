@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use cell_model::runs::spec::{RecordSpec, RunSpec};
-use cell_model::runs::summary::RunSummary;
+use cell_run::spec::{RecordSpec, RunSpec};
+use cell_run::summary::RunSummary;
 use ipc_types::health::Scheduling;
 use supervisor::run::LiveCell;
 use supervisor::run::plan::title;

@@ -4,14 +4,14 @@
 use std::io::IsTerminal as _;
 use std::time::Duration;
 
-use cell_model::runs::spec::{PageSecrets, RunSpec};
 use cell_rt::clock::monotonic_ns;
+use cell_run::spec::{PageSecrets, RunSpec};
 use ipc_types::WorldState;
 use ipc_types::operator::OperatorAction;
 use ipc_types::world::{FLAG_PAUSED, PauseCause};
 use supervisor::run::LiveCell;
 
-use crate::cli::RunArgs;
+use crate::args::RunArgs;
 
 /// Longest wait for a page that is not opened.
 pub(super) const PATIENCE: Duration = Duration::from_secs(10);

@@ -8,13 +8,14 @@ pub(crate) mod one_process;
 mod page_link;
 pub(crate) mod plan;
 
-use cell_model::runs::spec::RecordSpec;
-use cell_model::runs::summary::{RunOutcome, RunSummary};
+use cell_run::spec::RecordSpec;
+use cell_run::summary::{RunOutcome, RunSummary};
 use supervisor::failure::{Code, Failure};
+use supervisor::run::files::recording;
 use supervisor::run::plan::Plan;
-use supervisor::run::{End, LiveCell, recording};
+use supervisor::run::{End, LiveCell};
 
-use crate::cli::RunArgs;
+use crate::args::RunArgs;
 use crate::{output, say, shell};
 use first_page::PageWait;
 use narrator::Narrator;

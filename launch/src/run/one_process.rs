@@ -1,6 +1,6 @@
 //! The same cell inside one process: the task program beside our executable.
 
-use cell_model::runs::spec::ENDED_FILE;
+use cell_run::spec::ENDED_FILE;
 use supervisor::failure::{Code, Context, Failure};
 use supervisor::run::plan::Plan;
 use supervisor::rundir::RunDir;

@@ -9,8 +9,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use axum::body::Bytes;
 use axum::extract::ws::Utf8Bytes;
-use cell_model::runs::incident::Head;
 use cell_record::EpochSpan;
+use cell_run::incident::Head;
 use ipc_types::trace::TraceEvent;
 use ipc_types::{TraceLine, WorldState};
 use serde::Serialize;

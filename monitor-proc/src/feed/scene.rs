@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use cell_model::runs::spec::RunSpec;
 use cell_model::{ArmSpec, Cell, Data, JointSpec, ModelError, Robot, Shape};
+use cell_run::spec::RunSpec;
 use nalgebra::Isometry3;
 use serde_json::{Value, json};
 

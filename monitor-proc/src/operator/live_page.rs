@@ -3,7 +3,7 @@
 use std::sync::{Arc, mpsc};
 use std::thread::{self, Scope};
 
-use cell_model::runs::spec::PageSpec;
+use cell_run::spec::PageSpec;
 use cell_worker::Start;
 
 use crate::feed::broadcast::Broadcast;

@@ -12,8 +12,8 @@ use std::process::{Command, Output};
 
 use cell_model::data::read_text;
 use cell_model::draft;
-use cell_model::runs::spec::RunSpec;
 use cell_model::user_file::MAX_FILE_BYTES;
+use cell_run::spec::RunSpec;
 use serde::Serialize;
 use serde_json::{Value, json};
 

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use cell_model::runs::spec::RunSpec;
+use cell_run::spec::RunSpec;
 
 use crate::page::command::RecordOrder;
 use crate::recorder::{Recorder, RecorderRequest};

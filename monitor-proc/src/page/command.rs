@@ -3,7 +3,7 @@
 //! A page is a program of anyone with the token, so no part of a command is trusted: each field
 //! has a range, names must be of this cell, and file names are never taken from a page.
 
-use cell_model::runs::spec::Speed;
+use cell_run::spec::Speed;
 use ipc_types::operator::OperatorAction;
 use ipc_types::validate::MAX_JOINT_POSITION;
 use ipc_types::{BreakName, GripperGoal, MAX_JOINTS, OperatorRequest, Pose, Wire};

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use cell_model::runs::record::RecordReport;
+use cell_run::record::RecordReport;
 
 /// Keeps the report in the run directory up to date.
 pub(super) struct Report {

@@ -6,9 +6,9 @@
 
 use std::path::{Path, PathBuf};
 
-use cell_model::runs::record::RecordReport;
-use cell_model::runs::spec::RunSpec;
 use cell_record::{Channel, Disk, Flight, Message, Preamble, RecordingWriter};
+use cell_run::record::RecordReport;
+use cell_run::spec::RunSpec;
 use serde_json::Value;
 
 /// The open file is readable up to this long ago (ns).

@@ -10,9 +10,9 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::Duration;
 
 use cell_bus::{Bus, BusError, RunSite};
-use cell_model::runs::record::RecordReport;
-use cell_model::runs::spec::RunSpec;
 use cell_rt::monotonic_ns;
+use cell_run::record::RecordReport;
+use cell_run::spec::RunSpec;
 use ipc_types::topic::Process;
 use serde_json::Value;
 

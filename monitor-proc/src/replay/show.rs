@@ -8,9 +8,9 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::Instant;
 
-use cell_model::runs::spec::PageSpec;
 use cell_record::{RecordError, Recording};
 use cell_rt::{process, signal};
+use cell_run::spec::PageSpec;
 use serde_json::Value;
 
 use super::args::{ReplayArgs, ReplayArgsError};

@@ -5,7 +5,7 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 
-use cell_model::runs::spec::RunSpec;
+use cell_run::spec::RunSpec;
 use serde_json::{Value, json};
 
 use crate::feed::broadcast::Broadcast;

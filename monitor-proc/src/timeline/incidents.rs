@@ -1,7 +1,7 @@
 //! Incidents of the run, which the launcher keeps, for the log and the timeline.
 
-use cell_model::runs::incident::{Head, Incidents, STARVED};
-use cell_model::runs::spec::RunSpec;
+use cell_run::incident::{Head, Incidents, STARVED};
+use cell_run::spec::RunSpec;
 use serde_json::{Value, json};
 
 /// Interval at which the directory is read (ns).
@@ -102,7 +102,7 @@ impl IncidentWatch {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cell_model::runs::incident::Incident;
+    use cell_run::incident::Incident;
 
     /// An incident of run 7.
     fn incident(also: &[&str], complete: bool) -> Incident {

@@ -10,7 +10,7 @@ use std::collections::{BTreeSet, VecDeque};
 use std::sync::Arc;
 
 use behavior::graph::{GraphEdge, GraphNode};
-use cell_model::runs::incident::Head;
+use cell_run::incident::Head;
 use ipc_types::TraceLine;
 use ipc_types::trace::{FIELD_END, TraceEvent, TraceKind};
 use serde_json::{Value, json};

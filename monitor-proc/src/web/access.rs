@@ -20,7 +20,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use axum::http::header::{AUTHORIZATION, COOKIE, HOST, ORIGIN};
 use axum::http::{HeaderMap, Uri};
-use cell_model::runs::spec::PageSecrets;
+use cell_run::spec::PageSecrets;
 use subtle::ConstantTimeEq;
 
 use crate::page::role::Role;

@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use cell_model::runs::incident::Incidents;
-use cell_model::runs::spec::{PageSecrets, PageSpec, RunSpec, Speed};
 use cell_record::Recording;
+use cell_run::incident::Incidents;
+use cell_run::spec::{PageSecrets, PageSpec, RunSpec, Speed};
 use cell_worker::Start;
 use grasp::{GraspReport, Reach};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use cell_model::runs::incident::Incidents;
+use cell_run::incident::Incidents;
 use tokio::sync::Semaphore;
 
 use super::access::AccessControl;

@@ -4,7 +4,7 @@ use crate::server_bench;
 
 use std::io::Read;
 
-use cell_model::runs::secrets::PageSecrets;
+use cell_run::secrets::PageSecrets;
 use monitor_proc::web::files::Files;
 use server_bench::{Bench, OPERATOR, VIEWER, ask, closing, status, text};
 use tungstenite::Message;

@@ -19,8 +19,8 @@ mod script;
 
 use cell_model::Cell;
 use cell_model::cells::script::{ScriptAction, ScriptRunner};
-use cell_model::runs::script_report::ScriptReply;
-use cell_model::runs::spec::{RunSpec, Speed};
+use cell_run::script_report::ScriptReply;
+use cell_run::spec::{RunSpec, Speed};
 use ipc_types::decision::Outcome;
 use ipc_types::operator::{OperatorAction, ReplyCode};
 use ipc_types::world::{FLAG_ENDING, FLAG_LOCKSTEP, FLAG_PAUSED, PauseCause};

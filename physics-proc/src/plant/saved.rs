@@ -1,8 +1,8 @@
 //! The state of a plant as bytes, for a successor of its process.
 
 use cell_model::cells::script::{ScriptAction, ScriptProgress};
-use cell_model::runs::script_report::ScriptReply;
-use cell_model::runs::spec::Speed;
+use cell_run::script_report::ScriptReply;
+use cell_run::spec::Speed;
 use ipc_types::world::PauseCause;
 use serde::{Deserialize, Serialize};
 

@@ -1,7 +1,7 @@
 //! The script of a run: which lines are due, and the requests that they become.
 
 use cell_model::cells::script::{GripperWord, ScriptAction};
-use cell_model::runs::script_report::ScriptReply;
+use cell_run::script_report::ScriptReply;
 use ipc_types::operator::{OperatorAction, ReplyCode};
 use ipc_types::{Decision, GripperGoal, OperatorRequest, Pose, TICK_NS, Text};
 

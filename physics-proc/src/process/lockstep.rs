@@ -1,8 +1,8 @@
 //! Lockstep: a tick when all processes have answered the one before (ADR 0004).
 
 use cell_bus::Doorbell;
-use cell_model::runs::spec::Speed;
 use cell_rt::Clock;
+use cell_run::spec::Speed;
 use cell_worker::{Wait, Woken};
 use ipc_types::topic::Process;
 use ipc_types::{DECISION_TICKS, Header, TICK_NS};

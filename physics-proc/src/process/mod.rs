@@ -15,10 +15,10 @@
 //!   longer than a tick.
 
 use cell_bus::{Bus, BusError, Doorbell, Latest, OperatorServer, Publisher};
-use cell_model::runs::spec::Speed;
 use cell_model::stop::DECISION_AGE_OTHER_TICKS;
 use cell_rt::priority::PHYSICS_PRIORITY;
 use cell_rt::{Clock, Grid, Monotonic};
+use cell_run::spec::Speed;
 use cell_worker::{HealthReporter, LoopClass, RunError, Start, Turn, Wait, Woken};
 use ipc_types::contact::CONTACT_TICKS;
 use ipc_types::topic::{Process, TopicId};

@@ -5,9 +5,9 @@ use std::io;
 use std::path::PathBuf;
 use std::rc::Rc;
 
-use cell_model::runs::spec::{RecordSpec, RunSpec};
 use cell_model::{Cell, Data};
 use cell_rt::{MemoryFile, SlotFile};
+use cell_run::spec::{RecordSpec, RunSpec};
 use ipc_types::operator::{OperatorAction, ReplyCode};
 use ipc_types::{Decision, OperatorRequest, Wire, WorldState};
 

@@ -277,7 +277,7 @@ except Exception as error:
             "policy": self.policy.unwrap_or("default"), "task": self.python.is_some(),
         });
         fs::write(dir.join("given.json"), given.to_string()).unwrap();
-        let mut command = Command::new(cell_model::runs::python::interpreter());
+        let mut command = Command::new(cell_run::python::interpreter());
         command.args(["-B", "-c", program]);
         command.stdin(fs::File::open(dir.join("given.json")).unwrap());
         let said = finish(command);
@@ -287,7 +287,7 @@ except Exception as error:
 
 /// Why the rows of Python are left out.
 fn no_python() -> Option<String> {
-    let mut command = Command::new(cell_model::runs::python::interpreter());
+    let mut command = Command::new(cell_run::python::interpreter());
     command.args(["-c", "import robocell"]);
     let said = command.output();
     let has = said.as_ref().is_ok_and(|said| said.status.success());

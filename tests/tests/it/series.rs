@@ -4,8 +4,8 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use cell_model::runs::children::ChildId;
 use cell_rt::process::{SIGKILL, SIGSTOP, is_alive, kill};
+use cell_run::children::ChildId;
 use robocell_tests::assert::{prefix, segments};
 use robocell_tests::cell::{TestCell, base};
 use robocell_tests::program::wait_for;

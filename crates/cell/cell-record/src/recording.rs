@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use cell_model::runs::spec::RunSpec;
+use cell_run::spec::RunSpec;
 use ipc_types::TraceLine;
 use serde_json::Value;
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
 
-use cell_model::runs::spec::RunSpec;
+use cell_run::spec::RunSpec;
 use serde_json::Value;
 
 use crate::channel::Channel;

@@ -4,7 +4,7 @@
 //! an episode again, to the bit, only if exactly they were executed: goals are rounded before
 //! they are sent, and held until the next frame.
 
-use cell_model::runs::spec::RunSpec;
+use cell_run::spec::RunSpec;
 use ipc_types::decision::{GoalKind, GripperGoal, Outcome};
 use ipc_types::{ArmGoal, DECISION_TICKS, Decision, Header, Pose, Wire};
 

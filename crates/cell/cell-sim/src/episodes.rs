@@ -12,8 +12,8 @@ use std::time::{Duration, Instant};
 
 use cell_model::cells::sweep::{Case, Cases, Sweep};
 use cell_model::runs::policy_server::PolicyServer;
-use cell_model::runs::spec::RunSpec;
-use cell_model::runs::summary::{RunOutcome, RunSummary};
+use cell_run::spec::RunSpec;
+use cell_run::summary::{RunOutcome, RunSummary};
 
 use crate::run::{RunMessage, to_the_end_unless};
 use crate::{OneProcess, Program, SimError};

@@ -7,9 +7,9 @@ use std::sync::{Mutex, PoisonError};
 
 use cell_model::cells::setting::Setting;
 use cell_model::cells::sweep::{Case, Cases};
-use cell_model::runs::spec::{RecordSpec, RunSpec, Speed};
-use cell_model::runs::summary::{RunOutcome, RunSummary};
-use cell_model::runs::wire;
+use cell_run::spec::{RecordSpec, RunSpec, Speed};
+use cell_run::summary::{RunOutcome, RunSummary};
+use cell_run::wire;
 
 use schemars::JsonSchema;
 use serde::Serialize;

@@ -6,6 +6,7 @@ pub mod action;
 pub mod episodes;
 pub mod eval;
 mod frames;
+pub mod gateway;
 pub mod given;
 pub mod one_process;
 mod record;
@@ -19,15 +20,18 @@ use cell_model::Data;
 pub use controller_proc;
 
 use controller_proc::Controllers;
+use gateway::Gateways;
 use robocell_task::Policies;
 
-/// Content of a task program: policies, controllers, and its cells and robots.
+/// Content of a task program: policies, controllers, gateways, and its cells and robots.
 #[derive(Clone)]
 pub struct Program {
     /// Policies by the kind of `[task]`.
     pub policies: Policies,
     /// Controllers that an arm may name.
     pub controllers: Controllers,
+    /// Interfaces to programs of others.
+    pub gateways: Gateways,
     /// Where a cell is searched for if the user gave no folder.
     pub data: Data,
 }
@@ -45,7 +49,7 @@ impl SimError {
 pub enum SimError {
     /// The run file.
     #[error(transparent)]
-    Spec(#[from] cell_model::runs::spec::RunSpecError),
+    Spec(#[from] cell_run::spec::RunSpecError),
     /// The cell file or a robot.
     #[error(transparent)]
     Model(#[from] cell_model::ModelError),

@@ -17,10 +17,10 @@
 
 use cell_model::Cell;
 use cell_model::cells::script::ScriptAction;
-use cell_model::runs::message::Message;
-use cell_model::runs::spec::RunSpec;
-use cell_model::runs::summary::{RunFacts, RunSummary};
 use cell_model::stop::DECISION_AGE_FIFO_TICKS;
+use cell_run::message::Message;
+use cell_run::spec::RunSpec;
+use cell_run::summary::{RunFacts, RunSummary};
 use controller_proc::Controllers;
 use controller_proc::cycle::Cycle;
 use controller_proc::planning::Planner;

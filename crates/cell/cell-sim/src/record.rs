@@ -4,8 +4,8 @@
 use std::path::{Path, PathBuf};
 
 use cell_model::draft::Draft;
-use cell_model::runs::spec::{RecordSpec, RunSpec};
 use cell_record::{Channel, Cut, Message, Preamble, RecordError, RecordingWriter, wire_bytes};
+use cell_run::spec::{RecordSpec, RunSpec};
 use ipc_types::tap::Pieces;
 use ipc_types::{DECISION_TICKS, TICK_NS, Wire, WorldPiece};
 

@@ -4,10 +4,10 @@ use std::path::Path;
 use std::time::Instant;
 
 use cell_model::cells::script::ScriptLine;
-use cell_model::runs::report;
-use cell_model::runs::spec::RunSpec;
-use cell_model::runs::summary::{RunOutcome, RunSummary};
 use cell_model::{Cell, user_file};
+use cell_run::report;
+use cell_run::spec::RunSpec;
+use cell_run::summary::{RunOutcome, RunSummary};
 
 use crate::action::Hold;
 use crate::record::Recorder;

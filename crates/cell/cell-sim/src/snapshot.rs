@@ -12,8 +12,8 @@
 //! - A field added to [`OneProcess`] that influences a tick must be added to `Saved`, with a
 //!   new `VERSION`.
 
-use cell_model::runs::message::Message;
 use cell_model::stop::DECISION_AGE_FIFO_TICKS;
+use cell_run::message::Message;
 use controller_proc::cycle::Cycle;
 use ipc_types::tap::KEYFRAME_BYTES;
 use ipc_types::{ArmCommand, ArmStatus, Decision, Wire};

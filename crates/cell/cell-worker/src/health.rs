@@ -5,10 +5,10 @@
 //! a full disk, a missing ring or a failed send must not end the process that reports them.
 
 use cell_bus::{Bus, BusError, Publisher};
-use cell_model::runs::incident::ring_path;
 use cell_rt::black_box::VALUES;
 use cell_rt::overrun::OverrunWatch;
 use cell_rt::{BlackBox, BoxedCycle, Histogram};
+use cell_run::incident::ring_path;
 use ipc_types::health::{FAULT, NOTE_BYTES, Scheduling};
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::{DECISION_TICKS, Header, Health, Invalid, TICK_NS, Text};
@@ -124,7 +124,7 @@ impl HealthReporter {
 
     /// Counts a cycle that worked on `tick`, started at `began_ns`, `late_ns` after its
     /// deadline, and ended at `now_ns`; `values` are kept with it in the black box, under the names of
-    /// [`cell_model::runs::incident::value_names`].
+    /// [`cell_run::incident::value_names`].
     pub fn cycle(
         &mut self,
         tick: u64,

@@ -4,8 +4,8 @@
 use std::path::Path;
 use std::time::Duration;
 
-use cell_model::runs::children::ChildId;
 use cell_rt::process::{self, SIGCONT, SIGKILL};
+use cell_run::children::ChildId;
 
 /// Name of a process that waits here; such processes do not wait for each other.
 const NAME: &str = "orphan";

@@ -7,10 +7,10 @@
 use std::process::ExitCode;
 
 use cell_bus::{Bus, BusError, RunSite};
-use cell_model::runs::spec::{RunSpec, RunSpecError};
-use cell_model::runs::worker_args::{WorkerArgs, WorkerArgsError};
 use cell_model::{Cell, ModelError};
 use cell_rt::{priority, process, signal};
+use cell_run::spec::{RunSpec, RunSpecError};
+use cell_run::worker_args::{WorkerArgs, WorkerArgsError};
 use ipc_types::topic::Process;
 
 use crate::orphan;

@@ -5,7 +5,7 @@ use std::fmt;
 
 use cell_model::cells::setting::by_key;
 use cell_model::cells::sweep::Case;
-use cell_model::runs::summary::{RunOutcome, RunSummary};
+use cell_run::summary::{RunOutcome, RunSummary};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Number;

@@ -11,10 +11,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command};
 use std::time::Duration;
 
-use cell_model::runs::children::ChildId;
-use cell_model::runs::python;
-use cell_model::runs::spec::RunSpec;
 use cell_rt::process::{SIGCONT, SIGKILL, SIGTERM, kill, start_time};
+use cell_run::children::ChildId;
+use cell_run::python;
+use cell_run::spec::RunSpec;
 use ipc_types::topic::Process;
 
 use crate::process_log;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use cell_model::runs::spec::RecordSpec;
+use cell_run::spec::RecordSpec;
 
 use crate::rundir::{ENV_RUN_DIR, RunDir};
 

@@ -4,8 +4,8 @@ use std::fs;
 use std::io;
 use std::path::PathBuf;
 
-use cell_model::runs::children::ChildId;
 use cell_rt::process::{SIGKILL, is_same, kill};
+use cell_run::children::ChildId;
 
 use crate::failure::{Context, Failure};
 use crate::rundir::{KEPT, RunDir};

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use cell_model::runs::spec::RunSpec;
+use cell_run::spec::RunSpec;
 use ipc_types::topic::Process;
 
 use crate::failure::Failure;

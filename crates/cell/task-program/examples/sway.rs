@@ -79,5 +79,5 @@ fn main() -> ExitCode {
         }))
     });
     let policies = Policies::new().policy("sway", |_| ThereAndBack);
-    robocell_task_program::main_with(policies, controllers)
+    robocell_task_program::main_with(policies, controllers, Vec::new())
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use camera::{Picture, UnknownCamera};
-use cell_model::runs::spec::RunSpec;
+use cell_run::spec::RunSpec;
 use cell_sim::{OneProcess, Program, SimError};
 use clap::Args;
 use png::{BitDepth, ColorType, Encoder, EncodingError};

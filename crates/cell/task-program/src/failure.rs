@@ -30,8 +30,8 @@ pub(crate) enum CliError {
     Robot(#[from] serde_json::Error),
 }
 
-impl From<cell_model::runs::spec::RunSpecError> for CliError {
-    fn from(error: cell_model::runs::spec::RunSpecError) -> Self {
+impl From<cell_run::spec::RunSpecError> for CliError {
+    fn from(error: cell_run::spec::RunSpecError) -> Self {
         Self::Sim(error.into())
     }
 }

@@ -35,27 +35,38 @@ use robocell_task::Policies;
 
 /// The interface of controllers, for programs that bring their own.
 pub use cell_sim::controller_proc as control;
+/// Interfaces to programs of others, for programs that have some.
+pub use cell_sim::gateway;
 
 use control::Controllers;
+use gateway::Gateways;
 
-pub use cell_model::runs::summary::{RunOutcome, RunSummary};
+pub use cell_run::summary::{RunOutcome, RunSummary};
 
-/// `main` of a task program with these jobs.
+/// `main` of a task program with these jobs, with the built-in controllers and no gateway.
 pub fn main(policies: Policies) -> ExitCode {
-    main_with(policies, Controllers::default())
+    main_with(policies, Controllers::default(), Gateways::new())
 }
 
-/// `main` of a program with these jobs that also brings controllers for the arms:
-/// it is started as the task of a cell, and as the controller of each arm that
-/// names it.
-pub fn main_with(policies: Policies, controllers: Controllers) -> ExitCode {
+/// `main` of a program with these jobs that also brings controllers for the arms and gateways:
+/// it is started as the task of a cell, and as the controller of each arm that names it.
+///
+/// The gateways of this project are `gateways::all()` of the package `robocell-gateways`.
+pub fn main_with(policies: Policies, controllers: Controllers, gateways: Gateways) -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();
-    main_of(policies, controllers, &words)
+    main_of(policies, controllers, gateways, &words)
 }
 
 /// As [`main_with`], with these words in place of the arguments of this process.
-pub fn main_of(policies: Policies, controllers: Controllers, words: &[String]) -> ExitCode {
-    let policies = policy_client::with_servers(policies);
+pub fn main_of(
+    policies: Policies,
+    controllers: Controllers,
+    gateways: Gateways,
+    words: &[String],
+) -> ExitCode {
+    let policies = gateways
+        .iter()
+        .fold(policies, |policies, gateway| gateway.policies(policies));
     // The launcher starts one program for both roles; only a controller is given an arm.
     if words.iter().any(|word| word == "--arm") {
         return control::main(&controllers);
@@ -68,6 +79,7 @@ pub fn main_of(policies: Policies, controllers: Controllers, words: &[String]) -
     let program = Program {
         policies,
         controllers,
+        gateways,
         data,
     };
     cli::main(&program, words)
@@ -88,6 +100,7 @@ pub fn run_cell(
         // No custom controllers: a test of a job runs with the built-in ones.
         policies: policies.clone(),
         controllers: Controllers::default(),
+        gateways: Gateways::new(),
         data: Data::dir(data).with_robots_of(&cell_files::data()),
     };
     // The default policy is looked up in the registry, which a program may extend.

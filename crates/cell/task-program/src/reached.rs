@@ -4,7 +4,7 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use cell_model::runs::policy_server::{UNREACHABLE, is_address};
-use cell_model::runs::summary::RunSummary;
+use cell_run::summary::RunSummary;
 use evaluation::EvaluationError;
 use evaluation::report;
 

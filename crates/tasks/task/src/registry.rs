@@ -5,9 +5,9 @@ use std::sync::Arc;
 use behavior::descriptor::Source;
 use behavior::tree::{Host, Library};
 use behavior::{Finding, suggest};
+use cell_model::runs::policy_name::CLIENT_POLICY;
+use cell_model::runs::policy_name::{policy_named, unknown_policy};
 use cell_model::runs::policy_server::is_address;
-use cell_model::runs::report::{policy_named, unknown_policy};
-use cell_model::runs::spec::CLIENT_POLICY;
 use cell_model::{Cell, Data};
 use serde_json::{Map, Value, json};
 
@@ -286,6 +286,11 @@ impl Policies {
         }
         if let Some(make) = self.remote.as_ref().filter(|_| is_address(policy)) {
             return self.kind(cell)?.remote(cell, policy, make);
+        }
+        if is_address(policy) {
+            let problem = "this task program speaks with no policy server; pass gateways::all() of the \
+                           package robocell-gateways to main_with";
+            return Err(SetupError::new(cell, problem).into());
         }
         if policy == CLIENT_POLICY {
             let force = NoSettings {}.grip_force_n(cell);

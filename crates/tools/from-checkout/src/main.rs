@@ -114,7 +114,7 @@ mod tests {
     #[test]
     fn what_few_use_is_built_when_they_ask_for_it() {
         let built = |line: &str| optional(line.split(' ').map(OsString::from));
-        assert_eq!(built("bench behavior"), Some("robocell-benches"));
+        assert_eq!(built("bench physics"), Some("robocell-benches"));
         assert_eq!(built("--json bench ipc"), Some("robocell-benches"));
         assert_eq!(built("assets fetch"), Some("robocell-cell-assets"));
         assert_eq!(built("replay --actions data"), Some("robocell-export"));

@@ -14,7 +14,7 @@ use supervisor::programs::beside;
 use supervisor::rundir::{RunDir, checked_base};
 
 use super::measure::{Measured, measure};
-use crate::cli::{DoctorArgs, ReportArgs};
+use crate::args::{DoctorArgs, ReportArgs};
 use crate::{output, say};
 
 /// Where shared memory lives.

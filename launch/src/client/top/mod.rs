@@ -24,7 +24,7 @@ use super::picture::Picture;
 use super::session::Session;
 use super::status::{Status, describe};
 use super::watched::Trace;
-use crate::cli::TopArgs;
+use crate::args::TopArgs;
 use crate::{output, say};
 
 /// How often a frame is drawn.

@@ -2,6 +2,9 @@
 
 use std::process::ExitCode;
 
+use robocell_task_program::control::Controllers;
+
 fn main() -> ExitCode {
-    robocell_task_program::main({{crate}}::policies())
+    let controllers = Controllers::default();
+    robocell_task_program::main_with({{crate}}::policies(), controllers, robocell_gateways::all())
 }

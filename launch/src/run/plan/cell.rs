@@ -7,7 +7,7 @@ use cell_model::{Cell, Data, RobotFiles};
 use supervisor::failure::Failure;
 
 use super::paths::absolute;
-use crate::cli::{RobotArgs, RunArgs};
+use crate::args::{RobotArgs, RunArgs};
 use crate::say;
 
 /// The cell as the run has it.

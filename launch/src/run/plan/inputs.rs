@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use cell_model::cells::replace::{Replace, of_arguments};
 use cell_model::cells::script::{self, ScriptLine};
 use cell_model::runs::policy_server::PolicyServer;
-use cell_model::runs::report;
-use cell_model::runs::spec::Fci;
 use cell_model::{Cell, RobotFiles, user_file};
+use cell_run::report;
+use cell_run::spec::Fci;
 use supervisor::failure::{Context, Failure};
 
 use super::cell::{cell_of, check_control, check_one_process, robot_files};
@@ -15,7 +15,7 @@ use super::fci;
 use super::paths::absolute;
 use super::policy::policy_of;
 use super::server::server_of;
-use crate::cli::RunArgs;
+use crate::args::RunArgs;
 use crate::{say, task_program};
 
 /// The files and programs of a run, read and checked.

@@ -13,16 +13,16 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use cell_model::runs::policy_server::PolicyServer;
-use cell_model::runs::spec::{RecordSpec, RunSpec, Speed};
-use cell_model::runs::wire;
 use cell_model::{Cell, RobotFiles};
+use cell_run::spec::{RecordSpec, RunSpec, Speed};
+use cell_run::wire;
 use supervisor::failure::{Context, Failure};
 use supervisor::flight;
 use supervisor::run::plan::{Plan, Replaced, Scene};
 use supervisor::rundir::RunDir;
 
 use super::arms;
-use crate::cli::{JobArgs, RunArgs, SceneArgs};
+use crate::args::{JobArgs, RunArgs, SceneArgs};
 use crate::page::Page;
 use inputs::Inputs;
 use paths::new_file;

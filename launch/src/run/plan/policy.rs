@@ -3,14 +3,14 @@
 use std::path::Path;
 
 use cell_model::Cell;
+use cell_model::runs::policy_name::CLIENT_POLICY;
 use cell_model::runs::policy_server::is_address;
-use cell_model::runs::python;
-use cell_model::runs::spec::CLIENT_POLICY;
+use cell_run::python;
 use ipc_types::decision::POLICY_BYTES;
 use supervisor::failure::Failure;
 use supervisor::run::policy::choose;
 
-use crate::cli::RunArgs;
+use crate::args::RunArgs;
 use crate::task_program;
 
 /// The policy asked for, or the demo's default, and its drawing. The task program

@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use cell_model::runs::policy_server::{PolicyServer, is_address, read_names};
-use cell_model::runs::spec::Speed;
+use cell_run::spec::Speed;
 use supervisor::failure::{Context as _, Failure};
 
 use super::paths::absolute;
-use crate::cli::RunArgs;
-use crate::cli_server::ServerArgs;
+use crate::args::RunArgs;
+use crate::args::server::ServerArgs;
 
 /// The use of the policy server, if the policy is the address of one.
 pub(super) fn server_of(args: &RunArgs, policy: &str) -> Result<Option<PolicyServer>, Failure> {

@@ -15,8 +15,8 @@ use std::path::Path;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use cell_model::runs::incident::Incidents;
-use cell_model::runs::spec::PageSecrets;
+use cell_run::incident::Incidents;
+use cell_run::spec::PageSecrets;
 use monitor_proc::feed::broadcast::Broadcast;
 use monitor_proc::feed::hello::{Hello, RunInfo};
 use monitor_proc::page::command::{Names, Order};

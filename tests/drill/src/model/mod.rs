@@ -16,9 +16,9 @@ use std::rc::Rc;
 
 use cell_bus::{Bus, Kept, MemorySite};
 use cell_model::cells::script;
-use cell_model::runs::spec::RunSpec;
 use cell_model::{Cell, Data};
 use cell_rt::MemoryFile;
+use cell_run::spec::RunSpec;
 use controller_proc::Controllers;
 use ipc_types::topic::Process;
 use robocell_task::Policies;

@@ -1,6 +1,6 @@
 //! A plan: everything that a run of a simulated cell depends on.
 
-use cell_model::runs::spec::{RecordSpec, RunSpec, Speed};
+use cell_run::spec::{RecordSpec, RunSpec, Speed};
 use ipc_types::operator::OperatorAction;
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::{OperatorRequest, Pose, Wire};

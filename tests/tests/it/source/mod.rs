@@ -185,7 +185,7 @@ fn the_command_line_gains_no_options() {
     let files = files();
     let ours = files
         .iter()
-        .filter(|(path, _)| path.starts_with("launch/src/cli"));
+        .filter(|(path, _)| path.starts_with("launch/src/args/"));
     let all = ours.flat_map(|(_, text)| arguments(text));
     let found = all.filter(|arguments| is_option(arguments)).count();
     assert_eq!(

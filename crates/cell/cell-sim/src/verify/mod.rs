@@ -61,12 +61,15 @@ pub enum VerifyError {
     /// The state record of a controller is damaged or of another version.
     #[error(transparent)]
     ControllerCheckpoint(#[from] controller_proc::checkpoint::CheckpointError),
-    /// An arm of a client has no control interface.
+    /// An arm has a client, and this program has no gateway for it.
+    #[error(
+        "client programs command the arm '{0}', and this task program has no gateway for them; pass \
+         gateways::all() to main_with"
+    )]
+    NoGateway(String),
+    /// The gateway of a client cannot continue from a checkpoint.
     #[error(transparent)]
-    Client(#[from] fci_proc::cycle::RobotError),
-    /// The state record of a control interface is damaged or of another version.
-    #[error(transparent)]
-    ClientCheckpoint(#[from] fci_proc::cycle::CheckpointError),
+    Gateway(crate::gateway::GatewayError),
     /// The policy.
     #[error(transparent)]
     Task(#[from] robocell_task::TaskError),
@@ -92,9 +95,7 @@ pub fn verify(
     let arms = 0..u8::try_from(cell.arms.len()).unwrap_or(u8::MAX);
     let mut run = Run {
         inputs: Inputs::default(),
-        arms: arms
-            .map(|arm| ArmCheck::new(cell, arm, &program.controllers))
-            .collect(),
+        arms: arms.map(|arm| ArmCheck::new(program, cell, arm)).collect(),
         task: TaskCheck::new(&program.policies, cell, policy),
         records,
         report: Report::default(),

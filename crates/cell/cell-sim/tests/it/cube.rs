@@ -1,7 +1,7 @@
 //! One small job in six ways: all of them end alike, undisturbed, disturbed, and
 //! killed at every decision.
 
-use cell_model::runs::spec::RunSpec;
+use cell_run::spec::RunSpec;
 use cell_sim::{OneProcess, eval};
 use ipc_types::DECISION_TICKS;
 use ipc_types::decision::Outcome;

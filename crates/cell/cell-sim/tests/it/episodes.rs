@@ -4,8 +4,8 @@ use std::sync::{Arc, Mutex};
 
 use cell_model::cells::script;
 use cell_model::cells::sweep::Sweep;
-use cell_model::runs::spec::RunSpec;
-use cell_model::runs::summary::RunOutcome;
+use cell_run::spec::RunSpec;
+use cell_run::summary::RunOutcome;
 use cell_sim::episodes::{self, Episodes};
 use cell_sim::run::{self, RunMessage};
 use cell_sim::{Program, eval};

@@ -2,7 +2,7 @@
 //! them with a reason.
 
 use cell_model::Data;
-use cell_model::runs::summary::RunSummary;
+use cell_run::summary::RunSummary;
 use cell_sim::{SimError, eval};
 
 /// A folder with a cell and its behaviour; removed with it.

@@ -1,7 +1,7 @@
 //! A bin is filled until suction releases it, falls, spills, is found and held again.
 
-use cell_model::runs::spec::RunSpec;
 use cell_model::{Cell, Shape};
+use cell_run::spec::RunSpec;
 use cell_sim::{OneProcess, eval::template};
 use ipc_types::decision::Outcome;
 use ipc_types::equipment::{BreakCause, BreakLimit};

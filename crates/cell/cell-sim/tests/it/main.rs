@@ -37,6 +37,7 @@ fn program() -> cell_sim::Program {
     cell_sim::Program {
         policies: demos::policies(),
         controllers: controller_proc::Controllers::default(),
+        gateways: Vec::new(),
         data: cell_model::Data::checkout(),
     }
 }

@@ -3,8 +3,8 @@
 use camera::{Light, NEAR_M, Picture, Scene, View, draw, instances};
 use cell_model::cells::setting::Setting;
 use cell_model::random::Random;
-use cell_model::runs::spec::RunSpec;
 use cell_model::{Cell, Data, Shape};
+use cell_run::spec::RunSpec;
 use cell_sim::{OneProcess, eval::template, run};
 use ipc_types::WorldState;
 use ipc_types::world::OBJECT_ENABLED;

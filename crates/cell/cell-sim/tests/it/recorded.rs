@@ -4,9 +4,9 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use cell_model::runs::spec::RunSpec;
 use cell_model::{Cell, Data};
 use cell_record::{Channel, Recording};
+use cell_run::spec::RunSpec;
 use cell_sim::action::{Hold, action_of, decision_of};
 use cell_sim::eval::{self, template};
 use cell_sim::given::Decisions;

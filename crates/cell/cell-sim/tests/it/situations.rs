@@ -2,7 +2,7 @@
 //! is done and upright, or refused with a reason. None runs out of time.
 
 use cell_model::random::Random;
-use cell_model::runs::summary::RunOutcome;
+use cell_run::summary::RunOutcome;
 use cell_sim::eval;
 
 /// Reasons with which a job may end, and that name the cause before the arm has tried.

@@ -5,8 +5,8 @@ use std::process::ExitCode;
 
 use cell_bus::{Keeper, RunSite};
 use cell_model::Data;
-use cell_model::runs::spec::{RecordSpec, RunSpec, Speed};
-use cell_model::runs::wire;
+use cell_run::spec::{RecordSpec, RunSpec, Speed};
+use cell_run::wire;
 use cell_worker::{RunError, Start};
 
 /// Identity of the runs of the tests.

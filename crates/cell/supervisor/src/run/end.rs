@@ -1,6 +1,6 @@
 //! How a run ended.
 
-use cell_model::runs::summary::RunSummary;
+use cell_run::summary::RunSummary;
 
 use super::plan::Plan;
 use crate::failure::Failure;

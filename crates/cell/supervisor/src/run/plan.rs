@@ -4,7 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use cell_model::runs::spec::{PageSecrets, RunSpec, Speed};
+use cell_run::spec::{PageSecrets, RunSpec, Speed};
 
 use crate::failure::Failure;
 use crate::rundir::RunDir;

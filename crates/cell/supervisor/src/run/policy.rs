@@ -1,6 +1,6 @@
 //! Names of policies.
 
-use cell_model::runs::report;
+use cell_model::runs::policy_name;
 
 use crate::failure::Failure;
 
@@ -15,10 +15,10 @@ pub fn choose(
         return Ok(default.to_owned());
     };
     let known: Vec<&str> = known.iter().map(String::as_str).collect();
-    if let Some(policy) = report::policy_named(asked, &known) {
+    if let Some(policy) = policy_name::policy_named(asked, &known) {
         return Ok(policy.to_owned());
     }
-    let refusal = report::unknown_policy(asked, &known, demo);
+    let refusal = policy_name::unknown_policy(asked, &known, demo);
     Err(Failure::configuration(refusal))
 }
 

@@ -3,7 +3,7 @@
 use ipc_types::topic::Process;
 
 use super::end::End;
-use super::faults::named;
+use super::faults::script::named;
 use super::plan::{Plan, Scene, title};
 use super::planning::Planning;
 use super::policy::choose;

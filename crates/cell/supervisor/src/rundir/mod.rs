@@ -13,9 +13,9 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use cell_model::runs::children::ChildId;
-use cell_model::runs::record::RecordReport;
-use cell_model::runs::spec::PageSecrets;
+use cell_run::children::ChildId;
+use cell_run::record::RecordReport;
+use cell_run::spec::PageSecrets;
 
 use crate::failure::{Context, Failure};
 use crate::lock::{Holder, Lock};
@@ -96,7 +96,7 @@ impl RunDir {
 
     /// The file every process reads at its start.
     pub fn spec(&self) -> PathBuf {
-        self.path.join(cell_model::runs::spec::RunSpec::FILE)
+        self.path.join(cell_run::spec::RunSpec::FILE)
     }
 
     /// The built-in cells and robots, for the processes.

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use cell_model::runs::message::Message;
+use cell_run::message::Message;
 use robocell_task::Task;
 
 /// A fault with a changing text is written at most once in so many decisions.

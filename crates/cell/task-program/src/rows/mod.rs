@@ -6,8 +6,8 @@ use std::sync::{Mutex, PoisonError};
 use std::time::SystemTime;
 
 use cell_model::cells::sweep::Cases;
-use cell_model::runs::spec::RunSpec;
 use cell_rt::signal;
+use cell_run::spec::RunSpec;
 use cell_sim::episodes::{self, Ended, Episodes};
 use cell_sim::{Program, SimError};
 use evaluation::EvaluationError;

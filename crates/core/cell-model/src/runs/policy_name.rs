@@ -2,6 +2,9 @@
 
 use crate::suggest;
 
+/// Name of the policy of a cell whose arms are all commanded by client programs.
+pub const CLIENT_POLICY: &str = "client";
+
 /// Kinds of `[task]` whose job is a file. Earlier builds used these names for their policies,
 /// too; the second name is that of the policy now, which the built-in cells also use.
 const FILE_POLICIES: [(&str, &str); 2] = [("tree", "json"), ("machine", "table")];

@@ -162,12 +162,12 @@ fn the_policy_of_a_file_has_one_name_and_takes_the_one_of_earlier_builds() {
     assert_eq!(cell("machine"), ("table".to_owned(), "table".to_owned()));
     assert_eq!(cell("matrix"), ("matrix".to_owned(), "matrix".to_owned()));
     let known = ["json", "table"];
-    let named = |asked| cell_model::runs::report::policy_named(asked, &known);
+    let named = |asked| cell_model::runs::policy_name::policy_named(asked, &known);
     assert_eq!(
         (named("tree"), named("machine")),
         (Some("json"), Some("table"))
     );
-    let code = cell_model::runs::report::policy_named("json", &["tree"]);
+    let code = cell_model::runs::policy_name::policy_named("json", &["tree"]);
     assert_eq!(code, None, "a tree in code is not a file");
 }
 

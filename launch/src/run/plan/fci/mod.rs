@@ -3,10 +3,10 @@
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener};
 
 use cell_model::Cell;
-use cell_model::runs::spec::Fci;
+use cell_run::spec::Fci;
 use supervisor::failure::Failure;
 
-use crate::cli::{ControllerArgs, ControllerOf};
+use crate::args::{ControllerArgs, ControllerOf};
 use crate::say;
 
 mod holder;

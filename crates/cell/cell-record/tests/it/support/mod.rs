@@ -2,8 +2,8 @@
 
 #![allow(dead_code, reason = "each test uses its own part")]
 
-use cell_model::runs::spec::{RecordSpec, RunSpec, Speed};
 use cell_record::{Channel, Message, Preamble, wire_bytes};
+use cell_run::spec::{RecordSpec, RunSpec, Speed};
 use ipc_types::tap::Pieces;
 use ipc_types::topic::Process;
 use ipc_types::trace::TraceKind;

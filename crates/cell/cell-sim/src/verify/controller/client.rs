@@ -1,7 +1,6 @@
-//! The control interface of a client: its inputs are states and what the client sent.
+//! The arm of a client: its inputs are states and messages of the client.
 
-use cell_model::Cell;
-use fci_proc::cycle::Cycle;
+use cell_model::{ArmSpec, Cell};
 use ipc_types::client::ClientEvent;
 use ipc_types::topic::TopicId;
 use ipc_types::{ArmCommand, ArmStatus, ClientInput, Wire, WorldState};
@@ -11,19 +10,29 @@ use super::super::inputs::{Inputs, input};
 use super::super::message_window::Step;
 use super::super::states::SeenState;
 use super::{CommandInputs, Computed};
+use crate::gateway::{ClientArm, Gateways};
 
-/// The interface in its state after a command.
+/// Its controller in the state after a command.
 pub(super) struct Client {
-    cycle: Cycle,
+    controller: Box<dyn ClientArm>,
     arm: u8,
 }
 
 impl Client {
-    /// That of `arm`, as of a checkpoint.
-    pub(super) fn begin(cell: &Cell, arm: u8, checkpoint: &[u8]) -> Result<Self, VerifyError> {
-        let mut cycle = Cycle::new(cell, arm)?;
-        cycle.restore(checkpoint)?;
-        Ok(Self { cycle, arm })
+    /// That of the arm `spec` with number `arm`, as of a checkpoint.
+    pub(super) fn begin(
+        gateways: &Gateways,
+        (cell, spec): (&Cell, &ArmSpec),
+        arm: u8,
+        checkpoint: &[u8],
+    ) -> Result<Self, VerifyError> {
+        for gateway in gateways {
+            let made = gateway.client_arm(cell, arm, checkpoint);
+            if let Some(controller) = made.map_err(VerifyError::Gateway)? {
+                return Ok(Self { controller, arm });
+            }
+        }
+        Err(VerifyError::NoGateway(spec.name.clone()))
     }
 
     /// Computes a command and the status beside it.
@@ -38,16 +47,13 @@ impl Client {
             if let Some(seen) = seen {
                 seen.write_arms(state);
             }
-            self.cycle.repeat(received.repeats);
-            self.cycle.take(received, seen.map(|_| &*state));
-            self.cycle.discard_replies();
+            self.controller.take(received, seen.map(|_| &*state));
         }
         used.state.write_arms(state);
         let (mut computed, mut status) = (ArmCommand::zeroed(), ArmStatus::zeroed());
-        if !self.cycle.update(state, &mut computed, &mut status) {
+        if !self.controller.update(state, &mut computed, &mut status) {
             return Err(Step::Lost);
         }
-        self.cycle.discard_replies();
         Ok((computed, status))
     }
 
@@ -61,7 +67,7 @@ impl Client {
         let Some((generation, last)) = input(&command.header, TopicId::ClientTap(self.arm)) else {
             return Ok(Vec::new());
         };
-        let taken = self.cycle.input().filter(|(of, _)| *of == generation);
+        let taken = self.controller.input().filter(|(of, _)| *of == generation);
         let first = taken.map_or(1, |(_, seq)| seq.saturating_add(1));
         let window = inputs.clients.get(usize::from(self.arm));
         let window = window.ok_or(Step::Lost)?;
@@ -81,6 +87,6 @@ impl Client {
 
     /// Writes its checkpoint; its length.
     pub(super) fn save(&self, bytes: &mut [u8]) -> Result<usize, VerifyError> {
-        Ok(self.cycle.save(bytes)?)
+        self.controller.save(bytes).map_err(VerifyError::Gateway)
     }
 }

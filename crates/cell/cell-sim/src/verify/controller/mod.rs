@@ -6,7 +6,6 @@ mod own;
 use std::collections::VecDeque;
 
 use cell_model::Cell;
-use controller_proc::Controllers;
 use ipc_types::tap::KEYFRAME_BYTES;
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::{ArmCommand, ArmStatus, Wire, WorldState};
@@ -17,14 +16,15 @@ use super::inputs::{Checkpoint, Checkpoints, Inputs, input};
 use super::message_window::{Found, Key, PATIENCE, Step, key};
 use super::report::{Report, compare};
 use super::states::SeenState;
+use crate::Program;
 
 use client::Client;
 use own::Own;
 
 /// Compares the commands of one arm with what its controller computes.
 pub(super) struct ArmCheck<'a> {
+    program: &'a Program,
     cell: &'a Cell,
-    controllers: &'a Controllers,
     arm: u8,
     waiting: VecDeque<Box<ArmCommand>>,
     running: Option<Running>,
@@ -42,7 +42,7 @@ struct Running {
 enum Controller {
     /// A controller of this project.
     Own(Box<Own>),
-    /// The control interface, for a client.
+    /// That of a gateway, for a client.
     Client(Box<Client>),
 }
 
@@ -50,11 +50,16 @@ impl Controller {
     /// That of an arm, as of a checkpoint.
     fn begin(check: &ArmCheck<'_>, record: &Checkpoint) -> Result<Self, VerifyError> {
         let arm = check.cell.arms.get(usize::from(check.arm));
-        if arm.is_some_and(cell_model::ArmSpec::has_client) {
-            let client = Client::begin(check.cell, check.arm, &record.bytes)?;
+        if let Some(spec) = arm.filter(|arm| arm.has_client()) {
+            let gateways = &check.program.gateways;
+            let client = Client::begin(gateways, (check.cell, spec), check.arm, &record.bytes)?;
             return Ok(Self::Client(Box::new(client)));
         }
-        let own = Own::begin((check.cell, check.controllers), check.arm, &record.bytes)?;
+        let own = Own::begin(
+            (check.cell, &check.program.controllers),
+            check.arm,
+            &record.bytes,
+        )?;
         Ok(Self::Own(Box::new(own)))
     }
 
@@ -84,10 +89,10 @@ impl Controller {
 type Computed = (ArmCommand, ArmStatus);
 
 impl<'a> ArmCheck<'a> {
-    pub(super) fn new(cell: &'a Cell, arm: u8, controllers: &'a Controllers) -> Self {
+    pub(super) fn new(program: &'a Program, cell: &'a Cell, arm: u8) -> Self {
         Self {
+            program,
             cell,
-            controllers,
             arm,
             waiting: VecDeque::new(),
             running: None,

@@ -7,8 +7,8 @@ mod pulls;
 use std::path::PathBuf;
 
 use cell_model::cells::script::parse_for;
-use cell_model::runs::summary::RunSummary;
 use cell_model::{Cell, Data};
+use cell_run::summary::RunSummary;
 use cell_sim::{OneProcess, eval};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 

@@ -9,7 +9,7 @@
 )]
 
 use cell_model::Cell;
-use cell_model::runs::spec::RunSpec;
+use cell_run::spec::RunSpec;
 use cell_sim::eval;
 use cell_sim::verify::Message;
 use controller_proc::cycle::Cycle;

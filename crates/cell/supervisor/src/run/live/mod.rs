@@ -6,23 +6,23 @@ mod result;
 
 use std::time::Duration;
 
-use cell_model::runs::message::Message;
-use cell_model::runs::python;
-use cell_model::runs::report;
-use cell_model::runs::script_report;
-use cell_model::runs::spec::{PageSecrets, RunSpec};
 use cell_rt::clock::monotonic_ns;
 use cell_rt::priority::{LAUNCHER_PRIORITY, set_fifo, set_other};
 use cell_rt::process::private_umask;
 use cell_rt::signal::{install_stop_handler, stop_count};
+use cell_run::message::Message;
+use cell_run::python;
+use cell_run::report;
+use cell_run::script_report;
+use cell_run::spec::{PageSecrets, RunSpec};
 use ipc_types::operator::OperatorAction;
 use ipc_types::topic::Process;
 
 use super::end::End;
+use super::files::recording::RecordWatch;
 use super::machine::Machine;
 use super::plan::Plan;
 use super::planning::Planning;
-use super::recording::RecordWatch;
 use super::supervisor_loop::{SupervisorLoop, Terms, Verdict};
 use super::watch::Watch;
 use crate::control::{Reply, Server};
@@ -84,7 +84,7 @@ impl LiveCell {
         processes: Vec<Process>,
         lock: Lock,
     ) -> Result<Self, Failure> {
-        super::preflight::check(plan.dir.path())?;
+        super::files::preflight::check(plan.dir.path())?;
         std::fs::create_dir_all(plan.dir.logs()).cannot("make the directory of the logs")?;
         std::fs::create_dir_all(plan.dir.black_boxes())
             .cannot("make the directory of the black boxes")?;

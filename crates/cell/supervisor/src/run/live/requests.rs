@@ -1,6 +1,6 @@
 //! Requests of clients of the control socket.
 
-use cell_model::runs::spec::PageSecrets;
+use cell_run::spec::PageSecrets;
 
 use super::LiveCell;
 use crate::control::Reply;

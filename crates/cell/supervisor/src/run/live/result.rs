@@ -1,6 +1,6 @@
 //! What a cell has reached.
 
-use cell_model::runs::summary::{RunFacts, RunOutcome, RunSummary};
+use cell_run::summary::{RunFacts, RunOutcome, RunSummary};
 use ipc_types::topic::Process;
 use ipc_types::world::FLAG_ENDING;
 use ipc_types::{Decision, Wire};

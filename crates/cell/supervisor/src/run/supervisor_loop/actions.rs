@@ -4,8 +4,8 @@ use ipc_types::topic::Process;
 
 use super::{SupervisorLoop, Verdict};
 use crate::failure::Failure;
+use crate::run::faults::starvation;
 use crate::run::machine::Machine;
-use crate::run::starvation;
 use crate::run::watch::Watch;
 use crate::supervision::{Action, Event};
 

@@ -14,10 +14,10 @@ use ipc_types::topic::Process;
 
 pub use ending::Verdict;
 
-use super::faults::{FaultStep, Faults};
+use super::faults::script::{FaultStep, Faults};
+use super::faults::standstill::Standstill;
+use super::faults::starvation::{Running, Starvation};
 use super::machine::Machine;
-use super::standstill::Standstill;
-use super::starvation::{Running, Starvation};
 use super::watch::Watch;
 use crate::failure::Failure;
 use crate::supervision::{Event, Rules, Supervisor};
