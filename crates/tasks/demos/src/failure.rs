@@ -25,6 +25,8 @@ pub enum Failure {
     BinCannotBePlaced,
     /// Another object is where the bin belongs, and no other place is free.
     PlaceTaken,
+    /// No part is left that could break the grip of the bin.
+    NoPartsLeft,
     /// A joint of the arm is at its limit.
     ArmCaught,
     /// The arm did not arrive at its goal, again and again.
@@ -33,7 +35,7 @@ pub enum Failure {
 
 impl Failure {
     /// All of them.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::CubeOutOfReach,
         Self::CubeCannotBeGripped,
         Self::CubeCannotBePlaced,
@@ -45,6 +47,7 @@ impl Failure {
         Self::BinLost,
         Self::BinCannotBePlaced,
         Self::PlaceTaken,
+        Self::NoPartsLeft,
         Self::ArmCaught,
         Self::ArmDidNotArrive,
     ];
@@ -63,6 +66,7 @@ impl Failure {
             Self::BinLost => "bin_lost",
             Self::BinCannotBePlaced => "bin_cannot_be_placed",
             Self::PlaceTaken => "place_taken",
+            Self::NoPartsLeft => "no_parts_left",
             Self::ArmCaught => "arm_caught",
             Self::ArmDidNotArrive => "arm_did_not_arrive",
         }

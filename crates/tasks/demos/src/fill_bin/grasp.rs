@@ -43,8 +43,10 @@ pub(super) enum NoGrasp {
     Lost,
     /// Too far away, or too near to the arm's base.
     OutOfReach,
-    /// No side is level enough, or parts cover the one that is.
+    /// No side is level enough.
     NoSurface,
+    /// The bin is upright, and parts cover its floor.
+    Covered,
 }
 
 /// Centre and outward direction of a side, in the frame of the bin.
@@ -73,7 +75,7 @@ pub(super) fn find(turn: &Turn<'_>) -> Result<Grasp, NoGrasp> {
     let face = face.ok_or(NoGrasp::NoSurface)?;
     // Walls and bottom are free of parts; only the floor has to be searched for a free spot.
     let spot = if face.side == Side::Floor {
-        free_spot(turn, &bin, face).ok_or(NoGrasp::NoSurface)?
+        free_spot(turn, &bin, face).ok_or(NoGrasp::Covered)?
     } else {
         face.middle
     };

@@ -27,9 +27,10 @@ pub(super) fn grasp(turn: &mut Turn<'_>) -> Option<Grasp> {
         let (failure, text) = match why {
             NoGrasp::Lost => (Failure::BinLost, "is not in the cell any more"),
             NoGrasp::OutOfReach => (Failure::BinOutOfReach, "is out of reach"),
-            NoGrasp::NoSurface => (
+            NoGrasp::NoSurface => (Failure::BinCannotBeGripped, "leans too far for suction"),
+            NoGrasp::Covered => (
                 Failure::BinCannotBeGripped,
-                "has no flat spot that suction can reach",
+                "is upright, and parts cover each spot of its floor that suction can reach",
             ),
         };
         let name = &turn.of.task.bin;
@@ -110,6 +111,7 @@ pub(super) fn ask_for_parts(turn: &mut Turn<'_>) -> Next {
         );
     }
     if hold::opens_up(turn) {
+        end_without_parts(turn);
         // Failed pick-ups count in a row only.
         if let Some(attempts) = turn.world.attempts_mut(of.bin) {
             attempts.pick = 0;
@@ -129,6 +131,34 @@ pub(super) fn ask_for_parts(turn: &mut Turn<'_>) -> Next {
         tip_over(turn);
     }
     Next::Stay
+}
+
+/// Ends a job that would wait for ever: no part is left that could break the grip. A task that lost
+/// its checkpoints has forgotten a break, so physics' count of them decides.
+fn end_without_parts(turn: &mut Turn<'_>) {
+    let is_out = |(part, _): &(usize, f64)| turn.world.position(*part).is_some();
+    let is_empty = turn.world.observation.equipment().parts_waiting == 0
+        && turn.of.parts.iter().all(is_out)
+        && !turn.of.parts.is_empty();
+    let has_ended = turn.world.job.done || turn.world.job.failure.is_some();
+    if !is_empty || has_ended {
+        turn.memory.stuck_since = None;
+        return;
+    }
+    let since = *turn.memory.stuck_since.get_or_insert(turn.now);
+    // Patience, because the last parts may still fall, and break the grip.
+    if turn.now.since(since) < PolicyTime::from_seconds(turn.of.task.patience_s) {
+        return;
+    }
+    if turn.gripper.breaks > 0 {
+        turn.memory.broke = true;
+        return;
+    }
+    let name = &turn.of.task.bin;
+    turn.world.fail(
+        Failure::NoPartsLeft.reason(),
+        format_args!("the dispenser is empty, and {name} is still held"),
+    );
 }
 
 /// No part would stay in a bin that hangs upside down: it is carried aside, turned onto its side

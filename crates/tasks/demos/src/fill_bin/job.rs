@@ -99,7 +99,7 @@ pub(super) struct FillBinNumbers {
 pub(super) struct Memory {
     /// An attachment that was not handled yet.
     pub(super) attached: bool,
-    /// Time since which the bin cannot be picked up.
+    /// Time since which the bin cannot be picked up, or no part falls into it.
     pub(super) stuck_since: Option<PolicyTime>,
     /// The task was reset: a held object is released first.
     pub(super) let_go: bool,

@@ -132,6 +132,13 @@ pub fn close_gripper<J: SuctionPick>(turn: &mut Turn<'_, J>) -> Next {
     if turn.arm.closes() {
         return not_gripped(turn);
     }
+    // The time at the surface was enough for an arm with a punctual controller; one that gets too
+    // little processor time arrives later, and a tool that moves while the cup locks breaks the
+    // grip.
+    if !turn.world.arm_is_at_rest() {
+        turn.arm.path.again();
+        return Next::Stay;
+    }
     // A cup that is on has to be seen off first.
     let on = turn.gripper.suction == 0;
     turn.arm.switch(on);

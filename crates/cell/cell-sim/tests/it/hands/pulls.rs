@@ -44,6 +44,11 @@ fn pulls(of: &Placing, seeds: std::ops::RangeInclusive<u64>) -> Vec<Situation> {
         if of.bins > 0 {
             one = one.or(&["bin_cannot_be_gripped", "bin_out_of_reach"]);
         }
+        // The filled bin breaks off and lands upright or on its side: parts that it keeps cover
+        // its floor.
+        if of.demo == "ur10-fill-bin" {
+            one = one.or(&["bin_cannot_be_gripped"]);
+        }
         one.script = format!(
             "{{\"at_phase\": \"{phase}\", \"nth\": {nth}, \"after_s\": {after_s:.3}, \
              \"do\": \"drag\", \"object\": \"{object}\", \"to\": {to:?}, \"for_s\": {for_s:.3}}}\n"

@@ -60,6 +60,51 @@ fn a_job_that_is_done_stays_done_when_the_grip_breaks_again() {
     assert_eq!(world.decision.drops, drops + 1, "the cycle continues");
 }
 
+/// The dispenser is empty, and the grip holds what fell.
+fn without_parts(world: &mut World) {
+    world.run_until("holds", |world| world.decision.io.drop_parts == 3);
+    for part in &mut world.state.objects[1..=100] {
+        part.flags = OBJECT_ENABLED;
+    }
+    world.load_kg = -1000.0;
+}
+
+#[test]
+fn a_job_whose_dispenser_is_empty_fails_with_that_reason() {
+    let mut world = World::new();
+    without_parts(&mut world);
+    world.run_to(Outcome::Failed);
+    assert_eq!(world.decision.reason.as_str(), "no_parts_left");
+    let failed = "[failed] the dispenser is empty, and bin is still held";
+    assert_eq!(world.says(failed), 1);
+}
+
+/// Both checkpoints were damaged after the bin had fallen: the task waited for a second fall.
+#[test]
+fn a_task_that_has_forgotten_the_fall_is_done_when_no_part_is_left() {
+    let mut world = World::new();
+    world.state.arms[0].gripper.breaks = 1;
+    without_parts(&mut world);
+    world.run_to(Outcome::Done);
+}
+
+/// With a controller that got too little processor time the arm still moved at 5 mm/s: the cup
+/// locked, and the grip broke, again and again.
+#[test]
+fn suction_is_switched_on_when_the_arm_is_at_rest() {
+    let mut world = World::new();
+    world.state.arms[0].joint_count = 6;
+    world.state.arms[0].joint_velocities[1] = -0.006;
+    world.run_until("arrives", |world| world.phase() == "ATTACH");
+    for _ in 0..300 {
+        world.step();
+        let goal = world.decision.goals[0].gripper;
+        assert_ne!(goal, GripperGoal::Close.code());
+    }
+    world.state.arms[0].joint_velocities[1] = 0.0;
+    world.run_until("grips", |world| world.phase() == "HOLDING");
+}
+
 #[test]
 fn every_state_is_shown() {
     let world = World::new();
