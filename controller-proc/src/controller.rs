@@ -6,7 +6,8 @@ use crate::checkpoint::{CheckpointError, Codec};
 use crate::planning::PlanGoal;
 use crate::robot_state::RobotState;
 
-/// The goal of a controller for one cycle; a missing part keeps its last value.
+/// The goal of a controller for one cycle. Without a position there is no goal of the tool; a joint
+/// that is missing has no preferred position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setpoint {
     /// TCP position in the arm's base frame (m).
@@ -39,7 +40,8 @@ impl Setpoint {
 /// A part of the control of an arm: one call per cycle. It may be moved to another thread
 /// between two cycles.
 pub trait Controller: Send {
-    /// Starts from `estimated`, the setpoint of the drives; `false` if that is impossible.
+    /// Starts from `estimated`: the setpoint of the drives, or the last command where controllers
+    /// are switched; `false` if that is impossible.
     fn reset(&mut self, estimated: &RobotState) -> bool;
 
     /// The command of this cycle (1 ms); `None` if there is none.

@@ -13,8 +13,8 @@
 //!   [`VERSION`](crate::checkpoint::VERSION).
 //! - A cycle does not allocate or wait. Planning takes up to some 100 ms, so it is only
 //!   requested here (ADR 0021).
-//! - A stop brakes within the limits and keeps the gripper. At rest the arm continues to evade
-//!   obstacles.
+//! - A stop brakes within the limits and keeps the gripper; after a tracking error the arm moves to
+//!   its measured joints. At rest it continues to evade obstacles.
 
 use cell_model::stop::{ControllerFlags, Stop, controller_stop};
 use cell_model::{Cell, Dynamics};
@@ -25,7 +25,7 @@ use nalgebra::{Isometry3, Vector3};
 
 use crate::arm_motion::ArmMotion;
 use crate::controller::{CombinedController, Controller, Setpoint};
-use crate::controllers::Controllers;
+use crate::controllers::{Controllers, PLANNED, RMPFLOW};
 use crate::convert::isometry;
 use crate::corridor::Corridor;
 use crate::error::RmpFlowError;
@@ -127,15 +127,15 @@ impl Cycle {
         // The stop is decided on the last command, before the motion of this cycle.
         let stop = self.stop(state.header.tick, arm, decision_limit_ticks);
         self.is_giving_way = stop.cause == StopCause::TrackingError;
-        // Choose the controller of the arm, the width of the hand, and suction.
-        self.choose(state);
+        // Choose the controller of the arm and what it evades, the width of the hand, and suction.
+        self.choose(state, stop);
         // Compute: joints and fingers one millisecond later.
         let setpoint = self.setpoint(stop, arm);
         let computed = self.controllers.forward(&drives, &setpoint);
         // Take the result, or the rest of the drives while physics holds the arm. It is within the
         // limits of the joints already.
         self.take_or_repeat(computed.as_ref(), arm, &drives);
-        // Publish.
+        // Write both messages; `ArmLoop::publish` sends them, the status first.
         self.count(state.header.tick);
         self.write_command(state, command);
         self.write_status(state, arm, stop, status);
@@ -153,8 +153,8 @@ impl Cycle {
     }
 
     /// Starts from the setpoint of the drives, so without a step: at the first state, when
-    /// physics was restarted, when the scene was reset, and when physics stopped the arm
-    /// because commands were missing.
+    /// physics was restarted, when the scene was reset, and in each cycle in which physics holds
+    /// the arm.
     fn start_if_new(&mut self, state: &WorldState, arm: &ArmState, drives: &RobotState) {
         let now = (state.header.generation, state.panel.scene_reset);
         let stopped = arm.stop_action >= StopAction::Hold.code();
@@ -175,13 +175,21 @@ impl Cycle {
         self.suction.start(&arm.gripper);
     }
 
-    /// Sets what the controllers of this cycle follow: the goal's selector, and the hand.
-    fn choose(&mut self, state: &WorldState) {
+    /// Sets what the controllers of this cycle follow: bodies to evade, the goal's selector, and
+    /// the hand.
+    fn choose(&mut self, state: &WorldState, stop: Stop) {
         let goal = self.latch.goal();
         let motion = &mut self.controllers.arm;
         // Also while the arm holds: it still evades, and must see the other arm move.
         motion.observe(state, self.arm, goal.object_mask);
-        motion.select(goal.selector);
+        // Another controller may follow no joints, and would press on against what blocks the arm.
+        let gives_way = self.is_giving_way && stop.stops_motion();
+        let is_rmpflow = matches!(goal.selector, RMPFLOW | PLANNED);
+        motion.select(if gives_way && !is_rmpflow {
+            RMPFLOW
+        } else {
+            goal.selector
+        });
         let hand = &mut self.controllers.hand;
         hand.follow(self.latch.gripper(), self.latch.goal().open_width);
         self.suction.follow(self.latch.gripper());

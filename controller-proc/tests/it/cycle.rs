@@ -1,6 +1,7 @@
 //! The cycle against a plain world in which the drives make the commanded motion exactly.
 
 use cell_model::{Cell, Data};
+use controller_proc::controllers::{LINE, RMPFLOW};
 use controller_proc::cycle::Cycle;
 use ipc_types::arm::{StopAction, StopCause};
 use ipc_types::decision::GoalKind;
@@ -177,8 +178,15 @@ fn a_new_controller_keeps_a_hand_that_holds_something_closed() {
 /// An arm that something blocks: its drives follow the command, it does not.
 #[test]
 fn an_arm_that_is_blocked_stops_pressing_and_moves_when_it_is_free() {
+    for selector in [RMPFLOW, LINE] {
+        blocked(selector);
+    }
+}
+
+fn blocked(selector: u32) {
     let mut bench = Bench::new();
     bench.goal(1, [0.5, 0.4, 0.3], GripperGoal::Open);
+    bench.decision.goals[0].selector = selector;
     bench.tick(true);
     let blocked = bench.state.arms[0].joint_positions;
     let mut stopped = false;

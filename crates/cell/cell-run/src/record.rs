@@ -38,7 +38,7 @@ impl RecordReport {
     ///
     /// Returns errors of the file system.
     pub fn save(&self, dir: &Path) -> std::io::Result<()> {
-        // Not synced: a run directory is in memory, and its report is of no use after a power failure.
+        // The report is not synced: it is of no use after a power failure.
         cell_model::draft::replace_unsynced(&Self::path(dir), &serde_json::to_vec(self)?, 0o644)
     }
 }

@@ -75,7 +75,7 @@ impl PageSecrets {
 
 fn random() -> io::Result<String> {
     let mut bytes = [0_u8; BYTES];
-    // Of the operating system: a generator of ours would need a seed that is as secret.
+    // A generator of ours would need a seed that is as secret.
     File::open("/dev/urandom")?.read_exact(&mut bytes)?;
     Ok(format!("{:032x}", u128::from_ne_bytes(bytes)))
 }

@@ -33,7 +33,7 @@ impl WorkerArgs {
                 "--spec" => spec = Some(PathBuf::from(value)),
                 "--generation" => generation = Some(number(&name, &value)?),
                 "--arm" => arm = number(&name, &value)?,
-                // Not ignored: a launcher of another version may mean something by it.
+                // A launcher of another version may mean something by it, so it is not ignored.
                 _ => return Err(WorkerArgsError(format!("{name} is unknown"))),
             }
         }

@@ -25,7 +25,8 @@ pub trait Gateway: fmt::Debug + Send + Sync {
     }
 
     /// The controller of an arm of `cell` whose commands come from a client of this gateway, in
-    /// the state of `checkpoint`; `None` if this gateway has no such controller.
+    /// the state of `checkpoint`; `None` for an arm of another gateway. `replay --verify` calls it;
+    /// a running cell has a process for the arm.
     ///
     /// # Errors
     /// If the arm has no such interface, and for a checkpoint that is damaged or of another
@@ -46,7 +47,8 @@ pub trait ClientArm {
     /// Generation and number of the last message that was taken.
     fn input(&self) -> Option<(u32, u64)>;
 
-    /// Takes the next message of the client; `state` is that of the moment, where it counts.
+    /// Takes the next message of the client; `state` is that at which it arrived, for messages that
+    /// depend on it.
     fn take(&mut self, input: &ClientInput, state: Option<&WorldState>);
 
     /// Writes the command of a cycle and the status beside it; false if there is none.

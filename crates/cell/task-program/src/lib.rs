@@ -51,7 +51,7 @@ pub fn main(policies: Policies) -> ExitCode {
 /// `main` of a program with these jobs that also brings controllers for the arms and gateways:
 /// it is started as the task of a cell, and as the controller of each arm that names it.
 ///
-/// The gateways of this project are `gateways::all()` of the package `robocell-gateways`.
+/// The gateways of this project are `robocell_gateways::all()`.
 pub fn main_with(policies: Policies, controllers: Controllers, gateways: Gateways) -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();
     main_of(policies, controllers, gateways, &words)

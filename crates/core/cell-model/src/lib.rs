@@ -1,4 +1,4 @@
-//! Data types and files of robots, scenes, runs and stops, without engine and bus.
+//! Data types and files of robots, scenes and stops, without engine and bus.
 //!
 //! [`Cell::load`] is the entry point: it reads `cells/NAME.toml` and its robots from a [`Data`]
 //! source, checks everything, and places the objects for a seed.

@@ -1,7 +1,7 @@
 //! Verification of an arm with a client: its commands are computed a second time from recorded
 //! messages.
 
-use cell_model::Cell;
+use cell_model::{ArmSpec, Cell};
 use cell_sim::gateway::{ClientArm, Gateway, GatewayError};
 use ipc_types::{ArmCommand, ArmStatus, ClientInput, WorldState};
 
@@ -18,13 +18,18 @@ impl Gateway for FrankaInterface {
         arm: u8,
         checkpoint: &[u8],
     ) -> Result<Option<Box<dyn ClientArm>>, GatewayError> {
+        // Another gateway may have clients of its own.
+        let spec = cell.arms.get(usize::from(arm));
+        if !spec.is_some_and(ArmSpec::has_client) {
+            return Ok(None);
+        }
         let mut cycle = Cycle::new(cell, arm)?;
         cycle.restore(checkpoint)?;
         Ok(Some(Box::new(Verified(cycle))))
     }
 }
 
-/// A cycle without a client: nobody takes its replies.
+/// A cycle without a client, so its replies are discarded.
 struct Verified(Cycle);
 
 impl ClientArm for Verified {

@@ -251,7 +251,8 @@ impl Policies {
         self
     }
 
-    /// Lets a policy be named by the address of its server; `make` makes it.
+    /// Lets a policy be named by the address of its server; `make` makes it, in place of an
+    /// earlier `make`.
     #[must_use]
     pub fn with_remote(
         mut self,
@@ -288,8 +289,8 @@ impl Policies {
             return self.kind(cell)?.remote(cell, policy, make);
         }
         if is_address(policy) {
-            let problem = "this task program speaks with no policy server; pass gateways::all() of the \
-                           package robocell-gateways to main_with";
+            let problem = "this task program has no gateway for policy servers; pass \
+                           robocell_gateways::all() to main_with";
             return Err(SetupError::new(cell, problem).into());
         }
         if policy == CLIENT_POLICY {

@@ -45,7 +45,7 @@ struct Counts {
 }
 
 /// A package by its folder; all files of another language are one.
-fn package(ending: &str, path: &str) -> String {
+pub(super) fn package(ending: &str, path: &str) -> String {
     let parts: Vec<&str> = path.split('/').collect();
     match (ending, parts.as_slice()) {
         ("rs", ["crates", group, name, ..]) => format!("crates/{group}/{name}"),
@@ -98,22 +98,28 @@ impl Counts {
             }
         }
         if ending == "rs" && !is_test(path) {
-            self.count_lines(text);
+            let (code, reasons) = code_lines(text);
+            self.code += code;
+            self.reasons += reasons;
         }
     }
+}
 
-    fn count_lines(&mut self, text: &str) {
-        let code = text.split("#[cfg(test)]\nmod tests {").next();
-        for line in code.unwrap_or_default().lines().map(str::trim) {
-            let is_doc = line.starts_with("///") || line.starts_with("//!");
-            if line.is_empty() || is_doc {
-                continue;
-            }
-            let is_comment = line.starts_with("//");
-            self.code += usize::from(!is_comment);
-            self.reasons += usize::from(is_comment || line.contains(" // "));
+/// Lines of code of a Rust file without its inline tests, and its comments that are not
+/// documentation.
+pub(super) fn code_lines(text: &str) -> (usize, usize) {
+    let (mut code, mut reasons) = (0, 0);
+    let source = text.split("#[cfg(test)]\nmod tests {").next();
+    for line in source.unwrap_or_default().lines().map(str::trim) {
+        let is_doc = line.starts_with("///") || line.starts_with("//!");
+        if line.is_empty() || is_doc {
+            continue;
         }
+        let is_comment = line.starts_with("//");
+        code += usize::from(!is_comment);
+        reasons += usize::from(is_comment || line.contains(" // "));
     }
+    (code, reasons)
 }
 
 /// Counts of each package and language.

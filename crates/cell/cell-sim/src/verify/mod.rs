@@ -64,7 +64,7 @@ pub enum VerifyError {
     /// An arm has a client, and this program has no gateway for it.
     #[error(
         "client programs command the arm '{0}', and this task program has no gateway for them; pass \
-         gateways::all() to main_with"
+         robocell_gateways::all() to main_with"
     )]
     NoGateway(String),
     /// The gateway of a client cannot continue from a checkpoint.

@@ -82,6 +82,7 @@ pub(super) fn lift(turn: &mut Turn<'_>) -> Next {
     let (of, seconds) = (turn.of, PolicyTime::from_seconds);
     turn.arm.switch(true);
     turn.memory.aside = false;
+    turn.memory.stuck_since = None;
     turn.world.job.held = Some(of.bin);
     let raised = pose::shifted(&turn.tcp, [0.0, 0.0, of.task.lift_m]);
     let hold = hold::hanging(turn);
@@ -137,9 +138,7 @@ pub(super) fn ask_for_parts(turn: &mut Turn<'_>) -> Next {
 /// its checkpoints has forgotten a break, so physics' count of them decides.
 fn end_without_parts(turn: &mut Turn<'_>) {
     let is_out = |(part, _): &(usize, f64)| turn.world.position(*part).is_some();
-    let is_empty = turn.world.observation.equipment().parts_waiting == 0
-        && turn.of.parts.iter().all(is_out)
-        && !turn.of.parts.is_empty();
+    let is_empty = turn.of.parts.iter().all(is_out) && !turn.of.parts.is_empty();
     let has_ended = turn.world.job.done || turn.world.job.failure.is_some();
     if !is_empty || has_ended {
         turn.memory.stuck_since = None;
@@ -159,6 +158,8 @@ fn end_without_parts(turn: &mut Turn<'_>) {
         Failure::NoPartsLeft.reason(),
         format_args!("the dispenser is empty, and {name} is still held"),
     );
+    // Another start has the same patience.
+    turn.memory.stuck_since = None;
 }
 
 /// No part would stay in a bin that hangs upside down: it is carried aside, turned onto its side

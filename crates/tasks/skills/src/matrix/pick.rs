@@ -12,6 +12,9 @@ use crate::path::Waypoint;
 use crate::pose::along_approach;
 use crate::suction;
 
+/// Time in the state after which suction is switched on although the arm moves.
+const REST_LIMIT: PolicyTime = PolicyTime::from_ticks(6_000);
+
 /// Where an object can be gripped.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spot {
@@ -132,10 +135,10 @@ pub fn close_gripper<J: SuctionPick>(turn: &mut Turn<'_, J>) -> Next {
     if turn.arm.closes() {
         return not_gripped(turn);
     }
-    // The time at the surface was enough for an arm with a punctual controller; one that gets too
-    // little processor time arrives later, and a tool that moves while the cup locks breaks the
-    // grip.
-    if !turn.world.arm_is_at_rest() {
+    // The wait at the surface is long enough if the controller runs on time. If it gets too little
+    // processor time the arm arrives later, and a tool that moves while the cup locks breaks the
+    // grip. An arm that does not come to rest tries it nevertheless: the job handles a broken grip.
+    if !turn.world.arm_is_at_rest() && !turn.is_late(REST_LIMIT) {
         turn.arm.path.again();
         return Next::Stay;
     }

@@ -12,7 +12,7 @@ use super::super::states::SeenState;
 use super::{CommandInputs, Computed};
 use crate::gateway::{ClientArm, Gateways};
 
-/// Its controller in the state after a command.
+/// The controller of the arm in the state after a command.
 pub(super) struct Client {
     controller: Box<dyn ClientArm>,
     arm: u8,
