@@ -7,12 +7,12 @@ use super::comments::{code_lines, package};
 use super::{collect, files, is_test, root, split};
 
 /// `core`, `tasks`, `cell`, the processes, the command line, Python and the tools.
-const MAIN: usize = 102_700;
+const MAIN: usize = 102_900;
 /// Gateways, formats, benches and fuzz programs: each can be left out.
 const OPTIONAL: usize = 15_000;
 const PACKAGE: usize = 13_500;
-/// TypeScript and CSS.
-const PAGE: usize = 18_500;
+/// TypeScript without comments, and CSS with them.
+const PAGE: usize = 19_540;
 
 fn is_optional(package: &str) -> bool {
     let folders = ["crates/gateways/", "crates/formats/"];
