@@ -6,7 +6,7 @@ use crate::checkpoint::{CheckpointError, Codec};
 use crate::planning::PlanGoal;
 use crate::robot_state::RobotState;
 
-/// The goal of a controller for one cycle. Without a position there is no goal of the tool; a joint
+/// The goal of a controller for one cycle. Without a position the tool has no goal; a joint
 /// that is missing has no preferred position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setpoint {

@@ -127,7 +127,7 @@ impl Cycle {
         // The stop is decided on the last command, before the motion of this cycle.
         let stop = self.stop(state.header.tick, arm, decision_limit_ticks);
         self.is_giving_way = stop.cause == StopCause::TrackingError;
-        // Choose the controller of the arm and what it evades, the width of the hand, and suction.
+        // Choose the controller of the arm, the bodies that it evades, the hand and suction.
         self.choose(state, stop);
         // Compute: joints and fingers one millisecond later.
         let setpoint = self.setpoint(stop, arm);
