@@ -239,8 +239,15 @@ fn resume(store: &impl Store, run: u64, plant: &mut Plant) -> Result<(), String>
         Ok(()) if newest == MISSING => Ok(()),
         Ok(()) => {
             let s = plant.world().tick() as f64 / 1000.0;
+            // Else the next write would move the damaged state over the only whole one, and a
+            // kill between its two renames would leave none.
+            let kept = store.replace_by_older();
+            let kept = kept
+                .err()
+                .map(|error| format!("; it cannot be replaced: {error}"));
+            let kept = kept.unwrap_or_default();
             Err(format!(
-                "{path}: {newest}; physics resumed from the state before, of {s:.1} s"
+                "{path}: {newest}; physics resumed from the state before, of {s:.1} s{kept}"
             ))
         }
         Err(_) => Err(format!("{path}: {newest}; the scene starts again")),

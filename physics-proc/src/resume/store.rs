@@ -13,6 +13,12 @@ pub trait Store {
     /// The state before the newest, as [`Self::read`].
     fn read_older(&self) -> io::Result<Option<Vec<u8>>>;
 
+    /// Replaces the newest state, which is damaged, by the one before.
+    ///
+    /// # Errors
+    /// Those of the file system.
+    fn replace_by_older(&self) -> io::Result<()>;
+
     /// Its name, for messages.
     fn name(&self) -> String;
 

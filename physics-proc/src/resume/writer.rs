@@ -68,6 +68,10 @@ impl Store for Writer {
         self.file.read_older()
     }
 
+    fn replace_by_older(&self) -> io::Result<()> {
+        self.file.replace_by_older()
+    }
+
     fn name(&self) -> String {
         self.file.path().display().to_string()
     }

@@ -110,6 +110,14 @@ impl RecordFile {
         }
     }
 
+    /// Replaces the newest record, which is damaged, by the one before.
+    ///
+    /// # Errors
+    /// Those of the file system, for example that there is none before.
+    pub fn replace_by_older(&self) -> io::Result<()> {
+        self.rename(&self.older, &self.path)
+    }
+
     /// The newest record; `None` if none was written, or its writer was killed a moment before
     /// it was in place.
     ///

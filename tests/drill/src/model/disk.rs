@@ -26,8 +26,9 @@ pub(super) struct Disk {
 
 #[derive(Debug, Default)]
 struct Inner {
-    /// Tick of the newest state.
+    /// Tick of the newest state, and of the one before.
     tick: u64,
+    older_tick: u64,
     pending: Option<Pending>,
     /// The writer is killed after so many steps of the next write.
     cut: Option<u64>,
@@ -117,9 +118,13 @@ impl Disk {
 
     fn write(&self, pending: &Pending) -> Result<(), String> {
         let written = self.file.write(&pending.state);
-        let is_in_place = self.dir.effects().left() > 0;
-        if written.is_ok() && is_in_place {
-            self.inner.borrow_mut().tick = pending.tick;
+        let is_in_place = written.is_ok() && self.dir.effects().left() > 0;
+        let mut inner = self.inner.borrow_mut();
+        if is_in_place || self.dir.read(Path::new(FILE)).is_none() {
+            inner.older_tick = inner.tick;
+        }
+        if is_in_place {
+            inner.tick = pending.tick;
         }
         written.map_err(|error| error.to_string())
     }
@@ -147,6 +152,12 @@ impl Store for DiskStore {
 
     fn read_older(&self) -> io::Result<Option<Vec<u8>>> {
         self.disk.file.read_older()
+    }
+
+    fn replace_by_older(&self) -> io::Result<()> {
+        let mut inner = self.disk.inner.borrow_mut();
+        inner.tick = inner.older_tick;
+        self.disk.file.replace_by_older()
     }
 
     fn name(&self) -> String {
