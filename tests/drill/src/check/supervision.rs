@@ -80,6 +80,8 @@ struct Hangs {
     plan: Plan,
     /// By process: until when it is stopped, and until when it lacks a core (ns).
     stopped: BTreeMap<Process, (u64, u64)>,
+    /// Until when one that was asked to end has time for it (ns).
+    ending: BTreeMap<Process, u64>,
     starved: BTreeMap<Process, u64>,
     /// When it began to work, by process.
     works: BTreeMap<Process, u64>,
@@ -93,6 +95,7 @@ impl Hangs {
         Self {
             plan: plan.clone(),
             stopped: BTreeMap::new(),
+            ending: BTreeMap::new(),
             starved: BTreeMap::new(),
             works: BTreeMap::new(),
             launcher_until_ns: 0,
@@ -115,7 +118,6 @@ impl Hangs {
         match fault {
             Fault::Stop { process, for_ms } => {
                 if let Some(process) = of(process) {
-                    // One that was asked to end has a second for it, see below.
                     let until_ns = now_ns + for_ms * MS;
                     let of = self.stopped.entry(process).or_insert((now_ns, until_ns));
                     *of = (of.0.max(now_ns), of.1.max(until_ns));
@@ -162,6 +164,8 @@ impl Hangs {
             };
             // Two turns of the launcher, and what it was not scheduled.
             let limit_ns = (self.limit_ms(*process) + 50) * MS;
+            let ending_ns = self.ending.get(process).unwrap_or(&0);
+            let since_ns = since_ns.max(ending_ns);
             let due_ns = since_ns.max(&self.launcher_until_ns).max(began_ns) + limit_ns;
             let starves = self
                 .starved
@@ -169,7 +173,7 @@ impl Hangs {
                 .is_some_and(|s| s + limit_ns > *since_ns);
             let is_late = now_ns > due_ns && due_ns < *until_ns && !starves;
             fail_if(is_late, || {
-                let for_ms = ms(now_ns - since_ns);
+                let for_ms = ms(now_ns - *since_ns);
                 format!(
                     "{} hangs for {for_ms} ms and was not replaced",
                     process.name()
@@ -197,15 +201,14 @@ impl Check for Hangs {
             }
             Seen::News(News::Gone(process, ..)) => {
                 self.stopped.remove(process);
+                self.ending.remove(process);
                 self.starved.remove(process);
                 self.works.remove(process);
             }
             Seen::News(News::Warned(text)) => return self.accused(text),
             Seen::News(News::Signalled(process, Signal::Terminate)) => {
-                // One that is asked to end has a second for it.
-                if let Some((since_ns, _)) = self.stopped.get_mut(process) {
-                    *since_ns = now_ns + 1_000 * MS;
-                }
+                // It may be stopped, or hang, before or after that.
+                self.ending.insert(*process, now_ns + 1_000 * MS);
             }
             Seen::News(News::Signalled(process, Signal::Kill)) => {
                 let starves = self

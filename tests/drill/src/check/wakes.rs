@@ -87,6 +87,17 @@ impl Wakes {
     }
 }
 
+/// For how long messages come again (ms): one may displace a newer one, which is lost then.
+fn repeated_ms(fault: &Fault) -> u64 {
+    match fault {
+        Fault::Repeat { topic, count, .. } if topic == "decision" => {
+            DECISION_TICKS * u64::from(*count)
+        }
+        Fault::Repeat { count, .. } => u64::from(*count),
+        _ => 0,
+    }
+}
+
 impl Check for Wakes {
     fn number(&self) -> u32 {
         33
@@ -102,7 +113,7 @@ impl Check for Wakes {
                 let is_other =
                     fault.process().is_some() && !is_of(Process::Task) && !is_of(Process::Physics);
                 if !is_other {
-                    self.quiet(now_ns, fault.length_ms());
+                    self.quiet(now_ns, fault.length_ms().max(repeated_ms(fault)));
                     self.is_away |= matches!(fault, Fault::Hang { .. }) && is_of(Process::Task);
                 }
             }

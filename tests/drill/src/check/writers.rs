@@ -350,13 +350,14 @@ impl Check for Answers {
 }
 
 /// In lockstep each input is the one that its tick asks for. What a killed controller has not
-/// sent is waited for, and then done without.
+/// sent is waited for, and then done without. A task whose newest checkpoint is damaged repeats the
+/// decision of the one before.
 #[derive(Default)]
 struct Causes {
     died_ns: Option<u64>,
 }
 
-/// Longest time after the death of a controller for which its messages are missed (ns).
+/// Longest time after such a start or death for which messages are missed (ns).
 const MISSED_NS: u64 = 5_000_000_000;
 
 impl Check for Causes {
@@ -365,7 +366,9 @@ impl Check for Causes {
     }
 
     fn see(&mut self, moment: &Moment<'_>) -> Verdict {
-        if let Seen::News(News::Gone(Process::Controller(_), ..)) = moment.seen {
+        if let Seen::News(News::Gone(Process::Controller(_), ..) | News::Meets(Process::Task, ..)) =
+            moment.seen
+        {
             self.died_ns = Some(moment.now_ns);
         }
         let is_missed = |died_ns: u64| moment.now_ns < died_ns + MISSED_NS;

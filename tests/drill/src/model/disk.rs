@@ -103,9 +103,14 @@ impl Disk {
         self.dir.read(Path::new(FILE)).as_deref() == Some(bytes)
     }
 
-    /// Tick of the newest state.
+    /// Tick of the newest state; 0 where the one before has the same, so that it says nothing.
     pub(super) fn tick(&self) -> u64 {
-        self.inner.borrow().tick
+        let inner = self.inner.borrow();
+        if inner.tick == inner.older_tick {
+            0
+        } else {
+            inner.tick
+        }
     }
 
     /// The store of a start of physics.
@@ -117,13 +122,13 @@ impl Disk {
     }
 
     fn write(&self, pending: &Pending) -> Result<(), String> {
+        let before = self.dir.effects().left();
         let written = self.file.write(&pending.state);
-        let is_in_place = written.is_ok() && self.dir.effects().left() > 0;
+        let steps = before - self.dir.effects().left();
         let mut inner = self.inner.borrow_mut();
-        if is_in_place || self.dir.read(Path::new(FILE)).is_none() {
+        // Without the last step a reader completes the write.
+        if written.is_ok() && steps >= STEPS - 1 {
             inner.older_tick = inner.tick;
-        }
-        if is_in_place {
             inner.tick = pending.tick;
         }
         written.map_err(|error| error.to_string())

@@ -64,7 +64,8 @@ impl Model {
 
     /// Leaves no room until `until_ns`.
     pub fn fill(&mut self, until_ns: u64) {
-        self.full_until_ns = until_ns;
+        // A shorter fault does not end a longer one.
+        self.full_until_ns = self.full_until_ns.max(until_ns);
     }
 
     /// Makes each write of a state take `write_ms` until `until_ns`.
