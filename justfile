@@ -16,9 +16,9 @@ lint:
     cargo fmt --all --check
     cargo clippy --workspace --all-targets --features measure -- -D warnings
 
-# Builds the page and checks its types.
+# Builds the page; checks its types and its style.
 page:
-    cd monitor-proc/ui && npm ci && npm run --silent build
+    cd monitor-proc/ui && npm ci && npm run --silent check && npm run --silent build
 
 # Slow checks by part, or all that have no result of this commit: `just long cells slow`.
 long *PARTS:

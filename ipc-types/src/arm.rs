@@ -208,7 +208,7 @@ wire! {
         pub clipped_cycles: u64,
         /// Cycles run.
         pub cycles: u64,
-        /// Ticks that were skipped between two cycles.
+        /// Missed cycles: ticks of which this controller saw no state, so that it ran no cycle.
         pub missed_cycles: u64,
         /// [`PlanState`].
         pub plan_state: u32,

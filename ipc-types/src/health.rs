@@ -30,7 +30,9 @@ wire! {
         pub scheduling: u32,
         /// Cycles run since the start of the process.
         pub cycles: u64,
-        /// Cycles that started late by more than a period, or found no input.
+        /// Missed cycles. Of a controller: `missed_cycles` of its [`ArmStatus`](crate::ArmStatus).
+        /// Of physics: `overruns` of the [`WorldState`](crate::WorldState). 0 of all others, which
+        /// do not need every tick.
         pub missed_cycles: u64,
         /// Messages refused by validation.
         pub rejected: u64,

@@ -1,5 +1,9 @@
 //! The 1 kHz cycle of one arm, as a pure function of its inputs.
 //!
+//! Three setpoints meet here. A [`Setpoint`] is what a controller has to reach in this cycle. The
+//! *setpoint of the drives* (`ArmState::setpoint_positions`) is the newest command that physics
+//! accepted. `ArmStatus::setpoint` is the pose of the tool at the command of this cycle.
+//!
 //! The command of a cycle continues the command of the last one by exactly one millisecond
 //! (ADR 0003). The accidents to prevent are a step of the command, and a run that a replay or
 //! a successor cannot repeat:

@@ -3,8 +3,8 @@
 //   node dev/shot.mjs LINK OUT.png [time=S] [view=FRAGMENT] [size=WxH]
 //   node dev/shot.mjs LINK OUT.mp4|OUT.gif from=S to=S [fps=12] [speed=1] [part=page|view] ...
 //
-// LINK is the link that `robocell run` prints, or any page of `npm run dev`. A moment is shown
-// out of the flight recorder: let the cell run, or `robocell step` it, that far first. CHROMIUM
+// LINK is the link that `robocell run` prints; it may have the port of `npm run dev`. A moment is
+// shown out of the flight recorder: let the cell run, or `robocell step` it, that far first. CHROMIUM
 // names the browser; a film needs ffmpeg.
 import { spawn } from "node:child_process";
 import { once } from "node:events";
@@ -28,16 +28,25 @@ const { time, view, size = "1280x720", from = "0.1", to, fps = "12", speed = "1"
 const codec = out === undefined ? undefined : CODECS[extname(out)];
 const [width, height] = size.split("x").map(Number);
 if (out === undefined || (codec !== undefined) !== (to !== undefined) || !(width > 0 && height > 0)) {
-  console.error("usage: shot.mjs LINK OUT.png [time=S], or shot.mjs LINK OUT.mp4|OUT.gif from=S to=S; see its first lines");
+  console.error(
+    "usage: shot.mjs LINK OUT.png [time=S], or shot.mjs LINK OUT.mp4|OUT.gif from=S to=S; see its first lines",
+  );
   process.exit(2);
 }
 
 const browser = await chromium.launch({
   executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
   args: [
-    "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
-    "--ignore-gpu-blocklist", "--disable-quic", "--disable-background-networking",
-    "--disable-component-update", "--disable-sync", "--no-first-run",
+    "--no-sandbox",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--ignore-gpu-blocklist",
+    "--disable-quic",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--no-first-run",
   ],
 });
 const page = await browser.newPage({ viewport: { width, height } });
@@ -77,7 +86,7 @@ try {
   // The first of a name counts: `view` may set another quality.
   const fragment = [view, (time ?? to) === undefined ? undefined : `t=${time ?? from}`, "quality=0", "shot"];
   await page.goto(`${link}#${fragment.filter((each) => each !== undefined).join("&")}`, { timeout: PATIENCE_MS });
-  await until("the page", () => window.robocell !== undefined && window.robocell.settled());
+  await until("the page", () => window.robocell?.settled());
   if (codec !== undefined) await film();
   else await page.screenshot({ path: out });
   console.log(`${out}: ${width} x ${height}`);

@@ -12,6 +12,12 @@ export async function loadAxe(page) {
 export async function accessible(page, where) {
   const found = await page.evaluate("axe.run({ resultTypes: ['violations'] })");
   const serious = found.violations.filter(({ impact }) => SERIOUS.includes(impact));
-  const told = serious.map(({ id, nodes }) => `${id}: ${nodes.map(({ html }) => html.slice(0, 120)).slice(0, 3).join(" | ")}`);
+  const told = serious.map(
+    ({ id, nodes }) =>
+      `${id}: ${nodes
+        .map(({ html }) => html.slice(0, 120))
+        .slice(0, 3)
+        .join(" | ")}`,
+  );
   if (told.length > 0) throw new Error(`${where}: ${told.join("; ")}`);
 }

@@ -1,5 +1,5 @@
 // Bins stacked by hand on the page, and the buttons of their panels.
-import { PAUSED, TASK_PAUSED, flag, noFlag } from "./flags.mjs";
+import { flag, noFlag, PAUSED, TASK_PAUSED } from "./flags.mjs";
 
 const DOWN_DEG = { roll: 0, pitch: 90 };
 /** Height of the cup over the bin it is to grip (m). */
@@ -38,7 +38,10 @@ async function later({ look, until }, span) {
 
 /** Waits until the numbers that \`where\` gives stay as they are (m). */
 async function still(test, where, within = 1e-4) {
-  for (let [before, now] = [null, await where()]; before === null || now.some((x, axis) => Math.abs(x - before[axis]) > within); ) {
+  for (
+    let [before, now] = [null, await where()];
+    before === null || now.some((x, axis) => Math.abs(x - before[axis]) > within);
+  ) {
     await later(test, 0.5);
     [before, now] = [now, await where()];
   }
@@ -125,7 +128,11 @@ async function firstBin(test, end_m) {
 async function cup({ page, press, until }, to) {
   await page.getByRole("tab").last().click();
   await press(`robocell gripper ${to}`);
-  await until(`the cup is switched ${to === "close" ? "on" : "off"}`, (r, on) => r.store.status.equipment.suction[0].on === on, to === "close");
+  await until(
+    `the cup is switched ${to === "close" ? "on" : "off"}`,
+    (r, on) => r.store.status.equipment.suction[0].on === on,
+    to === "close",
+  );
 }
 
 /** Goes down to the face at `top` by the gizmo and closes the cup; a little lower
@@ -137,7 +144,8 @@ async function grip(test, top) {
     await pullTo(test, top + gap_m);
     // What the tool is still off it would push with.
     await still(test, () => look((r) => r.store.snapshot.arms[0].tcp.slice(0, 3)));
-    const answer = () => look((r) => ({ held: r.store.snapshot.arms[0].held, refusals: r.store.status.equipment.suction[0].refusals }));
+    const answer = () =>
+      look((r) => ({ held: r.store.snapshot.arms[0].held, refusals: r.store.status.equipment.suction[0].refusals }));
     const before = await answer();
     await cup(test, "close");
     for (const since = Date.now(); Date.now() - since < 20_000; ) {
@@ -160,13 +168,19 @@ async function take(test, bin, yaw) {
   await lead(test, [x, y, top + 0.1], yaw);
   await grip(test, top);
   await pullTo(test, top + 0.12);
-  await test.until("the gizmo lifts the bin", (r, [bin, z]) => r.store.snapshot.objects[bin].pose[2] > z + 0.1, [bin.index, z]);
+  await test.until("the gizmo lifts the bin", (r, [bin, z]) => r.store.snapshot.objects[bin].pose[2] > z + 0.1, [
+    bin.index,
+    z,
+  ]);
   return [x, y, z];
 }
 
 /** Fails with the state of the suction if the cup has lost its bin. */
 async function holds({ look }) {
-  const { held, suction } = await look((r) => ({ held: r.store.snapshot.arms[0].held, suction: r.store.status.equipment.suction[0] }));
+  const { held, suction } = await look((r) => ({
+    held: r.store.snapshot.arms[0].held,
+    suction: r.store.status.equipment.suction[0],
+  }));
   if (held === null) throw new Error(`the cup has lost its bin: ${JSON.stringify(suction)}`);
 }
 
@@ -175,7 +189,10 @@ async function setDown(test, bin, goal, yaw, over_m) {
   await lead(test, [goal[0], goal[1], over_m], yaw);
   await holds(test);
   // What hangs beside the cup's axis stays beside it.
-  const [held, tcp] = await test.look((r, bin) => [r.store.snapshot.objects[bin].pose, r.store.snapshot.arms[0].tcp], bin.index);
+  const [held, tcp] = await test.look(
+    (r, bin) => [r.store.snapshot.objects[bin].pose, r.store.snapshot.arms[0].tcp],
+    bin.index,
+  );
   const at = goal.map((x, axis) => x + tcp[axis] - held[axis]);
   await lead(test, [at[0], at[1], at[2] + GAP_M], yaw, { within: 0.003 });
   await holds(test);

@@ -1,6 +1,6 @@
 // Breakpoints of the task, and the editor of its policy.
 import { accessible, loadAxe } from "./axe.mjs";
-import { PAUSED, flag, noFlag } from "./flags.mjs";
+import { flag, noFlag, PAUSED } from "./flags.mjs";
 
 const DECISION_TICKS = 10;
 
@@ -25,10 +25,18 @@ export async function breakpoints(test) {
   const before = (await look((r) => r.store.snapshot.tick)) + 3;
   robocell("step", "3");
   // The snapshot too: the status may be newer.
-  await until("it stepped", (r, tick) => r.store.status.pause_cause === "step" && r.store.snapshot.tick === tick, before);
+  await until(
+    "it stepped",
+    (r, tick) => r.store.status.pause_cause === "step" && r.store.snapshot.tick === tick,
+    before,
+  );
   await page.getByRole("button", { name: "Next decision" }).click();
   const next = before - (before % DECISION_TICKS) + DECISION_TICKS;
-  await until("the next decision", (r, next) => r.store.snapshot.tick === next && (r.store.snapshot.flags & 1) !== 0, next);
+  await until(
+    "the next decision",
+    (r, next) => r.store.snapshot.tick === next && (r.store.snapshot.flags & 1) !== 0,
+    next,
+  );
   await page.getByRole("button", { name: "Next decision" }).click();
   await until("the one after", (r, next) => r.store.snapshot.tick === next, next + DECISION_TICKS);
   await page.getByRole("button", { name: "Continue", exact: true }).click();
@@ -136,7 +144,8 @@ export async function policy(test) {
   same("the focus is back", await open.evaluate((node) => node === document.activeElement), true);
   await page.keyboard.press("Enter");
   await editor(page).waitFor();
-  if (!(await editor(page).innerText()).includes("my-pyramid")) throw new Error("the applied text is not what is edited next");
+  if (!(await editor(page).innerText()).includes("my-pyramid"))
+    throw new Error("the applied text is not what is edited next");
   await page.keyboard.press("Escape");
 }
 

@@ -7,7 +7,7 @@ export async function guide({ page, look, until, same }) {
   const reload = async (hash = "") => {
     await page.evaluate((hash) => history.replaceState(null, "", hash === "" ? location.pathname : hash), hash);
     await page.reload();
-    await until("the page shows the cell", (r) => r !== undefined && r.settled());
+    await until("the page shows the cell", (r) => r?.settled());
   };
   await page.setViewportSize({ width: 1600, height: 1000 });
   await card.waitFor();
@@ -17,7 +17,10 @@ export async function guide({ page, look, until, same }) {
   for (const command of commands) if (!command.startsWith("robocell ")) throw new Error(`not a command: ${command}`);
   // A cell of this run has a name of its own where it is not the usual one.
   await page.context().grantPermissions(["clipboard-read", "clipboard-write"]);
-  await card.getByRole("button", { name: /^Copy / }).first().click();
+  await card
+    .getByRole("button", { name: /^Copy / })
+    .first()
+    .click();
   await page.locator(".toast", { hasText: "copied" }).waitFor();
   same("the clipboard", await page.evaluate(() => navigator.clipboard.readText()), commands[0]);
   // A panel over the view takes no click meant for it, and the view none meant for the card.
@@ -41,7 +44,11 @@ export async function guide({ page, look, until, same }) {
     const arm = await look((r) => r.store.scene.arms[0].name);
     for (const name of ["tool", arm]) {
       const [axis, edge] = isBeside ? [0, x + width] : [1, y + height];
-      await until(`the card does not cover ${name}`, (r, [name, axis, edge]) => r.view.screenOf(name)[axis] > edge, [name, axis, edge]);
+      await until(`the card does not cover ${name}`, (r, [name, axis, edge]) => r.view.screenOf(name)[axis] > edge, [
+        name,
+        axis,
+        edge,
+      ]);
     }
   };
   await uncovered(true);
@@ -73,7 +80,7 @@ export async function views({ page, look, until, same }) {
   const open = async (hash) => {
     await page.evaluate((hash) => history.replaceState(null, "", location.pathname + hash), hash);
     await page.reload();
-    await until("the page shows the cell", (r) => r !== undefined && r.settled());
+    await until("the page shows the cell", (r) => r?.settled());
   };
   const hash = () => page.evaluate(() => location.hash);
   const facing = async (what, axis, sign) => {
@@ -94,9 +101,17 @@ export async function views({ page, look, until, same }) {
   await facing("side in a small window", 1, -1);
   await page.setViewportSize({ width: 1280, height: 720 });
   await open("#view=cell");
-  same("the view of the cell", (await direction()).map((x) => x.toFixed(3)), cell.map((x) => x.toFixed(3)));
+  same(
+    "the view of the cell",
+    (await direction()).map((x) => x.toFixed(3)),
+    cell.map((x) => x.toFixed(3)),
+  );
   await open("#view=nonsense");
-  same("the view of an unknown name", (await direction()).map((x) => x.toFixed(3)), cell.map((x) => x.toFixed(3)));
+  same(
+    "the view of an unknown name",
+    (await direction()).map((x) => x.toFixed(3)),
+    cell.map((x) => x.toFixed(3)),
+  );
   // With a moment of the past.
   await until("five seconds are recorded", (r) => r.store.timeline?.to_s > 5);
   await open("#t=2.5&view=top");
@@ -133,7 +148,11 @@ export async function sharp({ page, look, until, same, robocell }) {
       };
     });
     // Without a graphics card two by two points are drawn for each pixel.
-    same(`the drawing buffer ${when}`, buffer, screen.map((px) => px * perPixel));
+    same(
+      `the drawing buffer ${when}`,
+      buffer,
+      screen.map((px) => px * perPixel),
+    );
     same(`shadows ${when}`, shadows, true);
   };
   const small = (r) => r.view.screen.canvas.width < 0.6 * document.getElementById("view").clientWidth;
@@ -176,7 +195,11 @@ export async function sharp({ page, look, until, same, robocell }) {
   await page.mouse.move(frame.x + 80, frame.y + frame.height - 50, { steps: 3 });
   await page.mouse.up();
   // One while it turned at least, and the one at rest.
-  await until("it is drawn at rest once more", `(r, before) => r.view.pictures >= before + 2 && (${AT_REST})(r)`, before);
+  await until(
+    "it is drawn at rest once more",
+    `(r, before) => r.view.pictures >= before + 2 && (${AT_REST})(r)`,
+    before,
+  );
   await full("after it was turned");
 }
 
@@ -207,12 +230,20 @@ export async function reach({ page, look, until, near, same, robocell }) {
   const tool = () => look((r) => r.store.snapshot.arms[0].tcp.slice(0, 3));
   await button("In front").click();
   const front = (await command("In front")).slice(1, 4).map(Number);
-  await until("the target is the button's", (r, at) => at.every((x, axis) => Math.abs(r.store.snapshot.arms[0].target[axis] - x) < 1e-3), front);
+  await until(
+    "the target is the button's",
+    (r, at) => at.every((x, axis) => Math.abs(r.store.snapshot.arms[0].target[axis] - x) < 1e-3),
+    front,
+  );
   await verdict("reached");
   await page.locator("#status .detail", { hasText: /^at the target · FOLLOW$/ }).waitFor();
   near("the tool", await tool(), front, 0.01);
   // A recording has no handles: the mark alone tells the target from the tool.
-  same("the mark of the target is drawn", await look((r) => r.view.stage.scene.getObjectByName("target mark")?.parent.visible), true);
+  same(
+    "the mark of the target is drawn",
+    await look((r) => r.view.stage.scene.getObjectByName("target mark")?.parent.visible),
+    true,
+  );
   same("the distance is in mm", /^\d+\.\d mm$/.test(await shown("Distance to the target")), true);
   same("the clearance", await shown("Clearance to obstacles"), "no obstacle");
   const low = await command("Low, to the side");
@@ -226,17 +257,23 @@ export async function reach({ page, look, until, near, same, robocell }) {
   await bar.locator(".detail", { hasText: /^\d+ mm away: unreachable · FOLLOW$/ }).waitFor();
   await page.locator('.marks [data-mark="hand_failed"][title*="target not reached"]').waitFor({ state: "attached" });
   // Target and label are in the picture of a small window.
-  for (const [width, height] of [[1600, 1000], [390, 844]]) {
+  for (const [width, height] of [
+    [1600, 1000],
+    [390, 844],
+  ]) {
     await page.setViewportSize({ width, height });
     await until(`target and label are whole at ${width} pixels`, TARGET_IS_WHOLE);
   }
   await page.setViewportSize({ width: 1024, height: 768 });
   await until("the label of the target is in the picture", (r) => {
     const view = document.getElementById("view").getBoundingClientRect();
-    const label = [...document.querySelectorAll("#view .label.number")].find((node) => /mm away/.test(node.textContent) && node.checkVisibility());
+    const label = [...document.querySelectorAll("#view .label.number")].find(
+      (node) => /mm away/.test(node.textContent) && node.checkVisibility(),
+    );
     const box = label?.getBoundingClientRect();
     const [x, y] = r.view.screenOf("gizmo") ?? [-1, -1];
-    const isInside = (left, top, right, bottom) => left >= view.left && right <= view.right && top >= view.top && bottom <= view.bottom;
+    const isInside = (left, top, right, bottom) =>
+      left >= view.left && right <= view.right && top >= view.top && bottom <= view.bottom;
     return box !== undefined && isInside(box.left, box.top, box.right, box.bottom) && isInside(x, y, x, y);
   });
   await page.setViewportSize({ width: 1280, height: 720 });
@@ -254,8 +291,12 @@ const NAMES = `(r) => [
   ...r.store.graphs.flatMap(({ nodes }) => nodes.map(({ name }) => name)),
 ].filter((name) => /_/.test(name) || /^[A-Z]{5,}$/.test(name))`;
 const PANELS = {
-  "franka-stack": "Stack", "franka-pyramid": "Pyramid", reach: "Reach",
-  "ur10-palletize": "Pallet", "ur10-fill-bin": "Fill bin", "ur10-bin-stack": "Stack",
+  "franka-stack": "Stack",
+  "franka-pyramid": "Pyramid",
+  reach: "Reach",
+  "ur10-palletize": "Pallet",
+  "ur10-fill-bin": "Fill bin",
+  "ur10-bin-stack": "Stack",
 };
 
 /** From demo to demo on one page: each has its own card and panel, and nothing of those before. */
@@ -266,16 +307,33 @@ export async function scenes({ page, look, until, same, robocell, forgive, press
     await page.locator(".scene-open").click();
     await page.selectOption("select.demo", demo);
     await press(`robocell load ${demo}`);
-    await until(`${demo} is there`, (r, demo) => r.store.scene?.demo === demo && r.store.connected && r.store.snapshot?.objects.length === r.store.scene.objects.length && r.store.snapshot.arms.length === r.store.scene.arms.length, demo);
+    await until(
+      `${demo} is there`,
+      (r, demo) =>
+        r.store.scene?.demo === demo &&
+        r.store.connected &&
+        r.store.snapshot?.objects.length === r.store.scene.objects.length &&
+        r.store.snapshot.arms.length === r.store.scene.arms.length,
+      demo,
+    );
     robocell("step", "20");
-    await until("the task shows itself", (r) => r.store.snapshot.tick >= 20 && (r.store.scene.demo === "reach" || r.store.graphs.some(({ nodes }) => nodes.length > 1)));
+    await until(
+      "the task shows itself",
+      (r) =>
+        r.store.snapshot.tick >= 20 &&
+        (r.store.scene.demo === "reach" || r.store.graphs.some(({ nodes }) => nodes.length > 1)),
+    );
     const card = page.locator(".guide-card");
     await card.waitFor();
     const title = await card.locator("h2").innerText();
     if (titles.has(title)) throw new Error(`the card of ${demo} is that of another: ${title}`);
     titles.add(title);
     const names = await look((r) => r.store.scene.objects.map(({ name }) => name));
-    same(`objects in the list of ${demo}`, await page.locator(".scene-tree details", { hasText: "Objects" }).locator(".tree-row .name").allInnerTexts(), names);
+    same(
+      `objects in the list of ${demo}`,
+      await page.locator(".scene-tree details", { hasText: "Objects" }).locator(".tree-row .name").allInnerTexts(),
+      names,
+    );
     same(`what is drawn of ${demo}`, await look((r) => r.view.cell.scene.demo), demo);
     const own = new Set(await look(NAMES));
     const stale = [...seen].filter((name) => !own.has(name));

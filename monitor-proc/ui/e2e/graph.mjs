@@ -32,7 +32,10 @@ export async function outline(test) {
   await isDrawn(test);
   await until("something runs", (r) => r.store.letters[0]?.includes("R"));
   await loadAxe(page);
-  const line = (name) => pane(page).getByRole("treeitem", { name: new RegExp(`\\b${name}\\b`) }).first();
+  const line = (name) =>
+    pane(page)
+      .getByRole("treeitem", { name: new RegExp(`\\b${name}\\b`) })
+      .first();
   await line("Root").focus();
   await page.keyboard.press("End");
   const last = await page.evaluate(() => document.activeElement.querySelector(".name").textContent);
@@ -83,7 +86,8 @@ export async function largeTree(test) {
   const chosen = pane(page).locator('[aria-selected="true"]');
   same("the node that was found", await chosen.locator(".name").innerText(), "wait 99.96");
   const [line, body] = [await chosen.boundingBox(), await pane(page).locator(".graph-body").boundingBox()];
-  if (line.y < body.y || line.y + line.height > body.y + body.height) throw new Error("the node that was found is out of view");
+  if (line.y < body.y || line.y + line.height > body.y + body.height)
+    throw new Error("the node that was found is out of view");
   await page.keyboard.press("Escape");
   // All of it at once.
   await page.evaluate(() => {
@@ -164,14 +168,23 @@ async function collapses({ page, same, look }) {
   await view.focus();
   const isWhole = async () => {
     const [box, world] = [await view.boundingBox(), await pane(page).locator(".world").boundingBox()];
-    return world.x >= box.x && world.y >= box.y && world.x + world.width <= box.x + box.width && world.y + world.height <= box.y + box.height;
+    return (
+      world.x >= box.x &&
+      world.y >= box.y &&
+      world.x + world.width <= box.x + box.width &&
+      world.y + world.height <= box.y + box.height
+    );
   };
   // It shrinks towards the middle, where it is brought first.
   const middle = async () => {
     const [box, world] = [await view.boundingBox(), await pane(page).locator(".world").boundingBox()];
     await page.mouse.move(box.x + 8, box.y + 8);
     await page.mouse.down();
-    await page.mouse.move(box.x + 8 + box.x + box.width / 2 - world.x - world.width / 2, box.y + 8 + box.y + box.height / 2 - world.y - world.height / 2, { steps: 4 });
+    await page.mouse.move(
+      box.x + 8 + box.x + box.width / 2 - world.x - world.width / 2,
+      box.y + 8 + box.y + box.height / 2 - world.y - world.height / 2,
+      { steps: 4 },
+    );
     await page.mouse.up();
   };
   await middle();
@@ -250,16 +263,13 @@ export async function guards(test) {
   });
   const known = await look((r) => r.store.graphs[0].nodes.map(({ name }) => name));
   if (states.length < 4 || states.some((state) => !known.includes(state))) throw new Error(`the strip shows ${states}`);
-  await until(
-    "the strip ends with the active state",
-    (r) => {
-      const spans = [...document.querySelectorAll(".graph-pane .state-span:not([hidden])")];
-      return spans.at(-1)?.textContent === r.store.status.task.phase.replaceAll("_", " ");
-    },
-  );
+  await until("the strip ends with the active state", (r) => {
+    const spans = [...document.querySelectorAll(".graph-pane .state-span:not([hidden])")];
+    return spans.at(-1)?.textContent === r.store.status.task.phase.replaceAll("_", " ");
+  });
   await accessible(page, "values and strip");
   // A reload knows the answers, but not when they were given.
   await page.reload();
-  await until("the page is back", (r) => r !== undefined && r.settled() && r.store.guards[0]?.ATTACHED);
+  await until("the page is back", (r) => r?.settled() && r.store.guards[0]?.ATTACHED);
   await page.locator(".value-row", { hasText: "ATTACHED" }).first().waitFor();
 }

@@ -1,5 +1,5 @@
 // Leading an arm by hand: keys, buttons, handles, and what comes of it.
-import { TASK_PAUSED, flag } from "./flags.mjs";
+import { flag, TASK_PAUSED } from "./flags.mjs";
 
 const where = (r) => r.store.snapshot.arms[0].target;
 
@@ -7,7 +7,11 @@ const where = (r) => r.store.snapshot.arms[0].target;
 async function rest({ look, until, page }) {
   await page.waitForTimeout(600);
   const time = await look((r) => r.store.snapshot.time);
-  await until("the arm is at rest", (r, then) => r.store.snapshot.time > then && r.store.snapshot.arms[0].velocities.every((v) => Math.abs(v) < 2e-3), time + 0.5);
+  await until(
+    "the arm is at rest",
+    (r, then) => r.store.snapshot.time > then && r.store.snapshot.arms[0].velocities.every((v) => Math.abs(v) < 2e-3),
+    time + 0.5,
+  );
 }
 
 /** Waits until the target is `offset` (m) away from `from`. */
@@ -69,7 +73,11 @@ export async function jog(test) {
   const key = page.getByRole("button", { name: "z plus" });
   await key.hover();
   await page.mouse.down();
-  await until("a button that is held moves the target on", (r, from) => r.store.snapshot.arms[0].target[2] > from[2] + 0.01, from);
+  await until(
+    "a button that is held moves the target on",
+    (r, from) => r.store.snapshot.arms[0].target[2] > from[2] + 0.01,
+    from,
+  );
   await page.mouse.up();
   await page.waitForTimeout(700);
   const stopped = await look(where);
@@ -80,7 +88,12 @@ export async function jog(test) {
 /** A held object is brought above another one, and down onto it. */
 async function placed(test) {
   const { page, look, near } = test;
-  const cubes = () => look((r) => ["red_cube", "blue_cube"].map((name) => r.store.snapshot.objects[r.store.scene.objects.findIndex((one) => one.name === name)].pose.slice(0, 3)));
+  const cubes = () =>
+    look((r) =>
+      ["red_cube", "blue_cube"].map((name) =>
+        r.store.snapshot.objects[r.store.scene.objects.findIndex((one) => one.name === name)].pose.slice(0, 3),
+      ),
+    );
   const raised = ([x, y, z], by) => [x, y, z + by];
   const SIDE_M = 0.05;
   await page.locator('.tree-row[data-name="blue_cube"]').click();
@@ -115,7 +128,10 @@ export async function grasp(test) {
   await said("press Above first");
   await page.getByRole("button", { name: "Above", exact: true }).click();
   await rest(test);
-  const [tcp, cube] = await look((r) => [r.store.snapshot.arms[0].tcp, r.store.snapshot.objects[r.store.scene.objects.findIndex(({ name }) => name === "red_cube")].pose]);
+  const [tcp, cube] = await look((r) => [
+    r.store.snapshot.arms[0].tcp,
+    r.store.snapshot.objects[r.store.scene.objects.findIndex(({ name }) => name === "red_cube")].pose,
+  ]);
   near("the tool", tcp.slice(0, 2), cube.slice(0, 2), 0.004);
   await page.getByRole("button", { name: "Approach", exact: true }).click();
   await until("the tool is at the grasp", (r, z) => Math.abs(r.store.snapshot.arms[0].tcp[2] - z) < 0.015, cube[2]);
@@ -126,12 +142,18 @@ export async function grasp(test) {
   const fields = page.locator(".target-form");
   await fields.getByLabel("z", { exact: true }).fill("0.2");
   await fields.getByRole("button", { name: "Go", exact: true }).click();
-  await until("the cube is lifted", (r) => r.store.snapshot.arms[0].held !== null && r.store.snapshot.arms[0].tcp[2] > 0.18);
+  await until(
+    "the cube is lifted",
+    (r) => r.store.snapshot.arms[0].held !== null && r.store.snapshot.arms[0].tcp[2] > 0.18,
+  );
   await rest(test);
   await placed(test);
   await fields.getByLabel("z", { exact: true }).fill("0.2");
   await fields.getByRole("button", { name: "Go", exact: true }).click();
-  await until("the cube is lifted again", (r) => r.store.snapshot.arms[0].held !== null && r.store.snapshot.arms[0].tcp[2] > 0.18);
+  await until(
+    "the cube is lifted again",
+    (r) => r.store.snapshot.arms[0].held !== null && r.store.snapshot.arms[0].tcp[2] > 0.18,
+  );
   await rest(test);
   // Into the table, or the other cube: it is pressed on it with no more than the limit.
   await fields.getByLabel("z", { exact: true }).fill("-0.1");

@@ -36,7 +36,11 @@ class Person {
   async card(name, row) {
     const card = this.page.getByRole("region", { name: "Selected" });
     const heading = card.getByRole("heading", { name, exact: true });
-    if (!(await heading.isVisible())) await this.page.getByRole("button", { name: new RegExp(`^${name} `) }).first().click();
+    if (!(await heading.isVisible()))
+      await this.page
+        .getByRole("button", { name: new RegExp(`^${name} `) })
+        .first()
+        .click();
     await heading.waitFor();
     return card.locator(".fact", { hasText: row }).locator("b").first().innerText();
   }
@@ -64,7 +68,9 @@ class Person {
       await this.page.waitForTimeout(LOOK_MS);
       const now = await tool.innerText();
       // The last digit is a tenth of a millimetre.
-      const isSame = numbersOf(now).every((value, axis) => Math.abs(value - (numbersOf(before)[axis] ?? Infinity)) < 3e-4);
+      const isSame = numbersOf(now).every(
+        (value, axis) => Math.abs(value - (numbersOf(before)[axis] ?? Infinity)) < 3e-4,
+      );
       [same, before] = [isSame ? same + 1 : 0, now];
       return same >= LOOKS;
     });
@@ -214,7 +220,10 @@ const LEAVE_M = 0.3;
 async function turnTo(person, name, wanted) {
   const { page } = person;
   await person.tab("Robot");
-  for (const [step, size] of [["10 mm, 10°", 10], ["1 mm, 1°", 1]]) {
+  for (const [step, size] of [
+    ["10 mm, 10°", 10],
+    ["1 mm, 1°", 1],
+  ]) {
     await page.getByRole("button", { name: step, exact: true }).click();
     for (let round = 0; round < 3; round++) {
       const yaw = await person.yaw(name);
@@ -255,7 +264,8 @@ async function turnOver(person, name) {
   const before = await person.yaw(name);
   await person.go({ z: 0.12 });
   const turned = Math.abs(before - (await person.yaw(name))) % 180;
-  if (Math.min(turned, 180 - turned) > 2) throw new Error(`a target that lifts ${name} also turned it by ${turned} degrees`);
+  if (Math.min(turned, 180 - turned) > 2)
+    throw new Error(`a target that lifts ${name} also turned it by ${turned} degrees`);
   // Its long side away from the arm's own links: along the belt here.
   await turnTo(person, name, 90);
   await person.joints(BEFORE_STATION);
@@ -267,7 +277,11 @@ async function turnOver(person, name) {
   const middle = [0, 1].map((axis) => (rails[0][axis] + rails[1][axis]) / 2 - 0.05 * out[axis]);
   await turnTo(person, name, yaw + 90);
   await person.go({ z: 0.45 });
-  await centre(person, name, middle.map((at, axis) => at - SLIDE_M * out[axis]));
+  await centre(
+    person,
+    name,
+    middle.map((at, axis) => at - SLIDE_M * out[axis]),
+  );
   await centre(person, name, middle);
   // The line below the bin would go between the rails, so its height is taken from the cards.
   const half = numbersOf(await person.card(name, "shape"))[2] / 2000;

@@ -1,5 +1,5 @@
 // What a person asks of single objects, joints and panels.
-import { TASK_PAUSED, flag } from "./flags.mjs";
+import { flag, TASK_PAUSED } from "./flags.mjs";
 
 /** The numbers of a row of the card. */
 async function numbers(page, row) {
@@ -26,11 +26,14 @@ export async function inspector({ page, look, until, press, robocell, same, near
     return [await line.locator("span").innerText(), force];
   };
   await press("robocell resume");
-  await until("the weight is borne", (r) => r.store.snapshot.contacts.some(({ a, b }) => [a, b].some(({ kind, index }) => kind === "object" && index === 0)));
+  await until("the weight is borne", (r) =>
+    r.store.snapshot.contacts.some(({ a, b }) => [a, b].some(({ kind, index }) => kind === "object" && index === 0)),
+  );
   await card.locator(".touches li b", { hasText: "N" }).first().waitFor();
   const [partner, force] = await bears();
   same("the partner", partner, "table");
-  if (Math.abs(force - 9.81 * mass) > 0.3 * 9.81 * mass) throw new Error(`the table bears ${force} N of ${9.81 * mass} N`);
+  if (Math.abs(force - 9.81 * mass) > 0.3 * 9.81 * mass)
+    throw new Error(`the table bears ${force} N of ${9.81 * mass} N`);
   // The card follows what an arm carries.
   await until("an object is held", (r) => r.store.snapshot.arms.some(({ held }) => held !== null));
   const [held, arm] = await look((r) => {
@@ -72,5 +75,8 @@ async function dragged({ page, look, until, press, robocell }) {
     await page.locator(".inspect").getByLabel(label).fill(to[axis].toFixed(3));
   }
   await press(`robocell drag ${name} --to`);
-  await until("it was pulled there", (r, [i, x]) => Math.abs(r.store.snapshot.objects[i].pose[0] - x) < 0.02, [free, to[0]]);
+  await until("it was pulled there", (r, [i, x]) => Math.abs(r.store.snapshot.objects[i].pose[0] - x) < 0.02, [
+    free,
+    to[0],
+  ]);
 }

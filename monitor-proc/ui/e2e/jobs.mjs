@@ -1,5 +1,5 @@
 // What the panels of the bins tell: answers of their buttons, drawings, the load.
-import { PAUSED, TASK_PAUSED, flag, noFlag } from "./flags.mjs";
+import { flag, noFlag, PAUSED, TASK_PAUSED } from "./flags.mjs";
 
 /** Each press of a button of the equipment is answered, in a toast and in the events. */
 export async function answers({ page, look, until, press, robocell, same }) {
@@ -19,7 +19,11 @@ export async function answers({ page, look, until, press, robocell, same }) {
   await press("robocell add-bin --flipped");
   await toast("Added bin").waitFor();
   const said = await toast("Added bin").innerText();
-  const here = await look((r) => r.store.scene.objects.filter((_, index) => (r.store.snapshot.objects[index].flags & 1) !== 0).map(({ name }) => name));
+  const here = await look((r) =>
+    r.store.scene.objects
+      .filter((_, index) => (r.store.snapshot.objects[index].flags & 1) !== 0)
+      .map(({ name }) => name),
+  );
   same("what was added", said.split("\n")[0], `Added ${here[0]}, upside down`);
   await fallen({ page, robocell }, here[0]);
   // The belt takes no more than it has room for.
@@ -72,8 +76,16 @@ export async function load({ page, look, until, press, robocell, same }) {
   await page.getByRole("tab").last().click();
   const chart = `document.querySelector(".load-chart").load`;
   // A cup that only touches an object carries no load.
-  await until("the cup touches an object", (r) => r.store.snapshot.arms[0].attached || r.store.snapshot.arms[0].held !== null);
-  const early = await look((r) => r.store.snapshot.arms[0].held === null && r.view.shown?.arms[0].held == null && document.querySelector("#view .label.load") !== null);
+  await until(
+    "the cup touches an object",
+    (r) => r.store.snapshot.arms[0].attached || r.store.snapshot.arms[0].held !== null,
+  );
+  const early = await look(
+    (r) =>
+      r.store.snapshot.arms[0].held === null &&
+      r.view.shown?.arms[0].held == null &&
+      document.querySelector("#view .label.load") !== null,
+  );
   if (early) throw new Error("a load is written before an object is held");
   await until("the load is written beside the cup", (r) => {
     const label = document.querySelector("#view .label.load");
@@ -107,14 +119,24 @@ async function pickedUpAgain({ page, look, until, same }) {
     // A grip that was lost before the end has the same words.
     if (r.store.status.task.outcome !== "done") return false;
     const text = (at) => document.querySelector(at).textContent;
-    const isSaid = text("#status .state") === "Picking up again" && /^[A-Z]+ · grip lost \d+ times?$/.test(text("#status .detail"));
-    const primary = [...document.querySelectorAll(".button.primary")].filter((node) => node.checkVisibility() && node.textContent === "Run again");
+    const isSaid =
+      text("#status .state") === "Picking up again" && /^[A-Z]+ · grip lost \d+ times?$/.test(text("#status .detail"));
+    const primary = [...document.querySelectorAll(".button.primary")].filter(
+      (node) => node.checkVisibility() && node.textContent === "Run again",
+    );
     return isSaid && text(".summary .badge") === "picking up again" && primary.length === 0;
   });
   await bar.locator(".state", { hasText: /^Running$/ }).waitFor();
   await bar.locator(".detail", { hasText: /^HOLDING · holds bin · grip lost \d+ times?$/ }).waitFor();
-  await until("the phase is that of the work", (r) => r.store.spans.filter(({ kind }) => kind === "phase").at(-1).label === "HOLDING");
+  await until(
+    "the phase is that of the work",
+    (r) => r.store.spans.filter(({ kind }) => kind === "phase").at(-1).label === "HOLDING",
+  );
   const labels = await look((r) => r.store.spans.filter(({ kind }) => kind === "task").map(({ label }) => label));
-  same("the outcome", labels.slice(labels.indexOf("done"), labels.indexOf("done") + 3), ["done", "picking up again", "running"]);
+  same("the outcome", labels.slice(labels.indexOf("done"), labels.indexOf("done") + 3), [
+    "done",
+    "picking up again",
+    "running",
+  ]);
   await page.getByRole("tab").last().click();
 }

@@ -1,5 +1,5 @@
 // Leading an arm joint by joint, on the page and by the command beside it.
-import { PAUSED, TASK_PAUSED, flag, noFlag } from "./flags.mjs";
+import { flag, noFlag, PAUSED, TASK_PAUSED } from "./flags.mjs";
 
 const DEG = Math.PI / 180;
 
@@ -26,24 +26,33 @@ export async function joints({ page, look, until, press, robocell }) {
   const moved = after.slice(1, 7).filter((position, index) => Math.abs(position - before[index + 1]) > 0.02);
   if (moved.length > 0) throw new Error(`other joints moved: ${before} became ${after}`);
   const shown = Number.parseFloat(await form.locator(".joint-slider").nth(1).locator(".num").nth(1).innerText());
-  if (Math.abs(shown - after[0] / DEG) > 1) throw new Error(`measured is shown as ${shown} of ${after[0] / DEG} degrees`);
+  if (Math.abs(shown - after[0] / DEG) > 1)
+    throw new Error(`measured is shown as ${shown} of ${after[0] / DEG} degrees`);
   // The command does alike, and the slider follows.
   robocell("joints", ...before.slice(0, 7).map((position) => position.toFixed(4)));
   await until("the command moved it back", isThere, [0, before[0]]);
-  await until("the slider follows", (_, [name, to]) => Math.abs(Number(document.querySelector(`[aria-label="${name} (degrees)"]`).value) - to) < 1, [name, before[0] / DEG]);
+  await until(
+    "the slider follows",
+    (_, [name, to]) => Math.abs(Number(document.querySelector(`[aria-label="${name} (degrees)"]`).value) - to) < 1,
+    [name, before[0] / DEG],
+  );
 }
 
 /** The labels of an axis differ, however small the values are. */
 export async function ticks({ page, look, until, press, same }) {
   await press("robocell resume");
   await page.getByRole("tab", { name: "Plots" }).click();
-  const labels = (r) => [...document.querySelectorAll(".plot")].map((node) => node.plot.labels());
+  const labels = (_r) => [...document.querySelectorAll(".plot")].map((node) => node.plot.labels());
   // A cube at rest moves by less than a micrometre.
-  for (const chip of await page.locator(".plot .chip").all()) if (chip !== undefined) await page.locator(".plot .chip").first().click();
+  for (const chip of await page.locator(".plot .chip").all())
+    if (chip !== undefined) await page.locator(".plot .chip").first().click();
   const name = await look((r) => r.store.scene.objects[0].name);
   await page.getByLabel("Find a signal").fill(`${name} z`);
   await page.locator(".signal", { hasText: `${name} z` }).click();
-  await until("the axis has labels", `(r) => (${labels})(r).some((one) => one.filter((text) => text !== "").length > 2)`);
+  await until(
+    "the axis has labels",
+    `(r) => (${labels})(r).some((one) => one.filter((text) => text !== "").length > 2)`,
+  );
   for (const one of await look(labels)) {
     const told = one.filter((text) => text !== "");
     same("labels of one axis", told, [...new Set(told)]);

@@ -1,5 +1,5 @@
 // A job is watched, paused, looked back at and restarted without a mouse.
-import { NOT_LIVE, PAUSED, flag, noFlag, starts } from "./flags.mjs";
+import { flag, NOT_LIVE, noFlag, PAUSED, starts } from "./flags.mjs";
 
 const MOST_STOPS = 150;
 
@@ -52,7 +52,11 @@ export async function keyboard({ page, look, until, press, forgive }) {
   const start = await look((r) => r.store.status.processes.find(({ name }) => name === "task").generation);
   await tabTo(page, /^Restart task$/i);
   await page.keyboard.press("Enter");
-  await until("the task was restarted", (r, start) => r.store.status.processes.find(({ name }) => name === "task").generation > start, start);
+  await until(
+    "the task was restarted",
+    (r, start) => r.store.status.processes.find(({ name }) => name === "task").generation > start,
+    start,
+  );
   await tabTo(page, /^Play: /);
   await page.keyboard.press("Enter");
   await until("it resumed", noFlag(PAUSED));

@@ -22,7 +22,16 @@ const FLAGS = [
 
 /** Scenarios that begin as a first visit. */
 const SEES_GUIDE = ["guide", "scenes"];
-const DEMOS = ["franka-stack", "franka-pyramid", "reach", "reach-shelf", "ur10-palletize", "ur10-fill-bin", "ur10-bin-stack", "cube"];
+const DEMOS = [
+  "franka-stack",
+  "franka-pyramid",
+  "reach",
+  "reach-shelf",
+  "ur10-palletize",
+  "ur10-fill-bin",
+  "ur10-bin-stack",
+  "cube",
+];
 
 /** Runs the twin of a button. */
 function robocell(...args) {
@@ -100,7 +109,7 @@ const test = {
 
 try {
   await page.goto(link);
-  await test.until("the page shows the cell", (r) => r !== undefined && r.settled());
+  await test.until("the page shows the cell", (r) => r?.settled());
   const said = await scenario(test);
   test.same("what the console complains about", errors, []);
   console.log(`${name}: ${said ?? "ok"}`);
@@ -108,7 +117,13 @@ try {
   console.error(`${name}: ${error.message}`);
   if (errors.length > 0) console.error(`console: ${errors.join("\n")}`);
   process.exitCode = 1;
-  console.error(JSON.stringify(await page.evaluate("({ task: window.robocell?.store.status?.task, flags: window.robocell?.store.snapshot?.flags })")));
+  console.error(
+    JSON.stringify(
+      await page.evaluate(
+        "({ task: window.robocell?.store.status?.task, flags: window.robocell?.store.snapshot?.flags })",
+      ),
+    ),
+  );
   if (process.env.PAGE_SHOT !== undefined) await page.screenshot({ path: process.env.PAGE_SHOT });
 } finally {
   await browser.close();

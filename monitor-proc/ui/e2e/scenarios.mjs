@@ -2,19 +2,19 @@
 import { existsSync } from "node:fs";
 import { bins, flip, manual, pallet } from "./bins.mjs";
 import { breakpoints, breakspots, code, policy, saved } from "./debug.mjs";
-import { levels, phone, readable } from "./looks.mjs";
-import { recorded, status, told } from "./status.mjs";
 import { guide, reach, scenes, sharp, views } from "./first.mjs";
-import { NOT_LIVE, PAUSED, TASK_PAUSED, flag, noFlag, starts } from "./flags.mjs";
-import { earlier, filter, lanes, replaySpeed, speed } from "./time.mjs";
-import { drawing, guards, outline, largeTree } from "./graph.mjs";
+import { flag, NOT_LIVE, noFlag, PAUSED, starts, TASK_PAUSED } from "./flags.mjs";
+import { drawing, guards, largeTree, outline } from "./graph.mjs";
 import { grasp, jog } from "./guiding.mjs";
 import { hands } from "./hands.mjs";
 import { inspector } from "./inspect.mjs";
 import { answers, drawing as jobDrawing, load } from "./jobs.mjs";
 import { joints, ticks } from "./joints.mjs";
 import { keyboard } from "./keyboard.mjs";
+import { levels, phone, readable } from "./looks.mjs";
+import { recorded, status, told } from "./status.mjs";
 import { targets } from "./targets.mjs";
+import { earlier, filter, lanes, replaySpeed, speed } from "./time.mjs";
 import { windows } from "./windows.mjs";
 
 /** What a browser says while the monitor is away. */
@@ -52,7 +52,10 @@ async function draws({ look, until, near, same, page, robocell }) {
   for (const { name, at } of here) near(name, seen.bodies[name], at, 1e-3);
   const [crowded, inCrowds] = await look((r) => {
     const isInCrowd = ({ group }) => group.visible && group.children[0].layers.mask !== 1;
-    return [r.view.cell.bodies.filter(isInCrowd).length, r.view.cell.crowds.reduce((sum, { mesh }) => sum + mesh.count, 0)];
+    return [
+      r.view.cell.bodies.filter(isInCrowd).length,
+      r.view.cell.crowds.reduce((sum, { mesh }) => sum + mesh.count, 0),
+    ];
   });
   same("equal bodies that are drawn at once", inCrowds, crowded);
   for (const { name, link, reach, tcp } of seen.arms) {
@@ -97,8 +100,7 @@ async function drag(test) {
   await page.keyboard.up("Shift");
   await until(
     "the log tells of the recovery",
-    (r, lines) =>
-      r.store.log.slice(lines).some(({ mark }) => ["abort", "resync", "recover", "drop"].includes(mark)),
+    (r, lines) => r.store.log.slice(lines).some(({ mark }) => ["abort", "resync", "recover", "drop"].includes(mark)),
     lines,
   );
   await until("the job continues", (r) => r.store.status.task.outcome === "running");
@@ -201,7 +203,9 @@ async function buttons({ page, look, until, press, robocell, same, near, forgive
   await press("robocell pause");
   await until("the button paused", flag(PAUSED));
   const tick = await look((r) => r.store.snapshot.tick);
-  const steps = Number((await page.locator('button[title*="$ robocell step"]').first().getAttribute("title")).match(/step (\d+)/)[1]);
+  const steps = Number(
+    (await page.locator('button[title*="$ robocell step"]').first().getAttribute("title")).match(/step (\d+)/)[1],
+  );
   await press("robocell step");
   await until("it stepped", (r, to) => r.store.snapshot.tick === to, tick + steps);
   robocell("step", String(steps));
@@ -262,11 +266,7 @@ async function buttons({ page, look, until, press, robocell, same, near, forgive
   // Processes.
   const task = await generation("task");
   await press("robocell restart task");
-  await until(
-    "a new task",
-    (r, n) => r.store.status.processes.find((p) => p.name === "task").generation > n,
-    task,
-  );
+  await until("a new task", (r, n) => r.store.status.processes.find((p) => p.name === "task").generation > n, task);
   // A kept recording outlives the scene it was recorded in.
   await page.getByRole("button", { name: "More of the recorder" }).click();
   await press("robocell record last 10s");
@@ -297,10 +297,16 @@ async function crashes({ page, look, until, press, same, forgive }) {
   const kill = async (name) => {
     const pid = await look((r, n) => r.store.status.processes.find((p) => p.name === n).pid, name);
     process.kill(pid, "SIGKILL");
-    await until(`a toast tells that ${name} was killed`, (_, text) => window.toasts.some((toast) => toast.includes(text)), `${name} was killed (SIGKILL)`);
+    await until(
+      `a toast tells that ${name} was killed`,
+      (_, text) => window.toasts.some((toast) => toast.includes(text)),
+      `${name} was killed (SIGKILL)`,
+    );
   };
   await kill("physics");
-  await until("the restart of physics is told", (r) => r.store.log.some(({ text, mark }) => mark === "restart" && text.includes("physics restarted: start 2")));
+  await until("the restart of physics is told", (r) =>
+    r.store.log.some(({ text, mark }) => mark === "restart" && text.includes("physics restarted: start 2")),
+  );
   const back = /physics restarted: start 2, stepped back \d+\.\d\d s, to \d+\.\d{3} s; that time is repeated/;
   const line = await look((r) => r.store.log.find(({ text }) => text.includes("physics restarted")).text);
   if (!back.test(line)) throw new Error(`the line says ${line}`);
@@ -313,12 +319,21 @@ async function crashes({ page, look, until, press, same, forgive }) {
   same("the timeline ends with the newest epoch", end, epochs[1].to_s);
   same("the timeline begins with the first", (await look((r) => r.store.timeline.from_s)) < epochs[1].from_s, true);
   // What failed in the part of the history that was discarded keeps its mark.
-  const marks = await plant(page, { time_s: epochs[1].from_s + 0.2, text: "planted", mark: "restart", epoch: epochs[0].epoch });
+  const marks = await plant(page, {
+    time_s: epochs[1].from_s + 0.2,
+    text: "planted",
+    mark: "restart",
+    epoch: epochs[0].epoch,
+  });
   same("marks of the discarded part", marks.filter((title) => title.includes("planted")).length, 1);
   await kill("controller-0");
-  await until("the restart of the controller is told", (r) => r.store.log.some(({ text }) => text.includes("controller-0 restarted")));
+  await until("the restart of the controller is told", (r) =>
+    r.store.log.some(({ text }) => text.includes("controller-0 restarted")),
+  );
   await kill("task");
-  await until("the restart of the task is told", (r) => r.store.log.some(({ text, mark }) => mark === "restart" && text.startsWith("[task] ")));
+  await until("the restart of the task is told", (r) =>
+    r.store.log.some(({ text, mark }) => mark === "restart" && text.startsWith("[task] ")),
+  );
   // The log outlives the monitor and a reload, and so does the moment looked at.
   const nodes = await look((r) => r.store.graphs[0].nodes.length);
   const text = await page.locator("#right").innerText();
@@ -329,17 +344,31 @@ async function crashes({ page, look, until, press, same, forgive }) {
   if ((await page.locator("#right").innerText()).length < text.length / 2) {
     throw new Error("the panels are emptied while the monitor is away");
   }
-  await until("it is back", (r) => r.store.connected && r.store.log.some(({ text }) => text.includes("monitor restarted: start 2")));
+  await until(
+    "it is back",
+    (r) => r.store.connected && r.store.log.some(({ text }) => text.includes("monitor restarted: start 2")),
+  );
   for (const name of ["physics", "controller-0", "task", "monitor"]) {
-    await page.locator(`.marks [data-mark=incident][title*="${name} was killed (SIGKILL)"]`).waitFor({ state: "attached" });
+    await page
+      .locator(`.marks [data-mark=incident][title*="${name} was killed (SIGKILL)"]`)
+      .waitFor({ state: "attached" });
     // The task tells of its restart itself.
     const told = name === "task" ? "[task] " : `${name} restarted: start 2`;
     await page.locator(`.marks [data-mark=restart][title*="${told}"]`).first().waitFor({ state: "attached" });
   }
   same("how often it is told that physics was killed", await lines("physics was killed"), 1);
   // Two failures of one incident that are apart on the bar have a mark each.
-  const failures = [[0.5, "one failure"], [epochs[0].to_s - 0.5, "another failure"]];
-  const planted = failures.map(([time_s, text]) => ({ time_s, text, mark: "incident", incident: 9, epoch: epochs[1].epoch }));
+  const failures = [
+    [0.5, "one failure"],
+    [epochs[0].to_s - 0.5, "another failure"],
+  ];
+  const planted = failures.map(([time_s, text]) => ({
+    time_s,
+    text,
+    mark: "incident",
+    incident: 9,
+    epoch: epochs[1].epoch,
+  }));
   const titles = await plant(page, ...planted);
   for (const [, text] of failures) {
     same(`marks of ${text}`, titles.filter((title) => title.includes(text)).length, 1);
@@ -353,7 +382,10 @@ async function crashes({ page, look, until, press, same, forgive }) {
   await seek(2);
   await until("the past is shown", flag(NOT_LIVE));
   await page.reload();
-  await until("the same moment is shown", (r) => r?.store.snapshot !== null && Math.abs(r.store.snapshot.time - 2) < 0.05 && r.store.past !== null);
+  await until(
+    "the same moment is shown",
+    (r) => r?.store.snapshot !== null && Math.abs(r.store.snapshot.time - 2) < 0.05 && r.store.past !== null,
+  );
   same("how often it is told after a reload", await lines("physics was killed"), 1);
   same("lines of the list", await page.locator(".event", { hasText: "physics was killed" }).count(), 1);
   await seek(null);
@@ -420,7 +452,11 @@ async function scrub({ page, look, until, press, same }) {
   await past();
   await page.evaluate(() => window.robocell.store.command({ do: "seek", time_s: null }));
   await until("it is live again", noFlag(NOT_LIVE));
-  await until("so is the task", (r, t) => r.store.past === null && r.store.letters[0]?.includes("R") && r.store.snapshot.time > t + 1, time);
+  await until(
+    "so is the task",
+    (r, t) => r.store.past === null && r.store.letters[0]?.includes("R") && r.store.snapshot.time > t + 1,
+    time,
+  );
 }
 
 /** Plots show the past that is looked at, and the last seconds afterwards. */
@@ -446,20 +482,33 @@ async function plots({ page, look, until, same }) {
   await until("ten seconds are recorded", (r) => r.store.timeline?.to_s > 10);
   // A page that was opened late shows what came before.
   await page.reload();
-  await until("the page shows the cell", (r) => r !== undefined && r.settled());
+  await until("the page shows the cell", (r) => r?.settled());
   await until_shown("the past of a late page", ({ from, to, numbers }) => to - from > 9 && numbers > 100);
   await page.evaluate(() => window.robocell.store.command({ do: "seek", time_s: 5 }));
   await until("the past is shown", flag(NOT_LIVE));
-  await until_shown("the past", (one) => one.from < 5 && one.to > 5 && one.numbers > 100 && Math.abs(one.cursor - 5) < 0.1);
+  await until_shown(
+    "the past",
+    (one) => one.from < 5 && one.to > 5 && one.numbers > 100 && Math.abs(one.cursor - 5) < 0.1,
+  );
   // A click on a plot looks at that moment.
-  await page.locator(".plot .u-over").first().click({ position: { x: 60, y: 20 } });
+  await page
+    .locator(".plot .u-over")
+    .first()
+    .click({ position: { x: 60, y: 20 } });
   await until("another moment is shown", (r) => Math.abs(r.store.snapshot.time - 5) > 0.5);
   const [{ cursor }] = await until_shown("the moment clicked at", (one) => Math.abs(one.cursor - 5) > 0.5);
-  same("the moment of the plot and of the view", Math.abs(cursor - (await look((r) => r.store.snapshot.time))) < 0.05, true);
+  same(
+    "the moment of the plot and of the view",
+    Math.abs(cursor - (await look((r) => r.store.snapshot.time))) < 0.05,
+    true,
+  );
   if (process.env.PAGE_SHOT) await page.screenshot({ path: `${process.env.PAGE_SHOT}-plots.png` });
   await page.evaluate(() => window.robocell.store.command({ do: "seek", time_s: null }));
   await until("it is live again", noFlag(NOT_LIVE));
-  await until_shown("what was missed meanwhile", ({ from, to, numbers, cursor }) => to - from > 10 && numbers > 100 && cursor === null);
+  await until_shown(
+    "what was missed meanwhile",
+    ({ from, to, numbers, cursor }) => to - from > 10 && numbers > 100 && cursor === null,
+  );
 }
 
 /** With the viewer's link a person can only look, until the operator's token is presented. */
@@ -532,7 +581,7 @@ async function meshes({ page, look, until, same }) {
     if (path !== null && response.ok()) came.add(path[1]);
   });
   await page.reload();
-  await until("the page shows the cell", (r) => r !== undefined && r.settled());
+  await until("the page shows the cell", (r) => r?.settled());
   for (const since = Date.now(); came.size < new Set(wanted).size && Date.now() - since < 60_000; ) {
     await page.waitForTimeout(50);
   }
@@ -554,7 +603,8 @@ async function frames({ page, look, until, robocell }) {
   const devtools = await page.context().newCDPSession(page);
   // Processor time: beside the cell on the same cores, a script that waits for one takes twice as long.
   await devtools.send("Performance.enable", { timeDomain: "threadTicks" });
-  const scriptS = async () => (await devtools.send("Performance.getMetrics")).metrics.find(({ name }) => name === "ScriptDuration").value;
+  const scriptS = async () =>
+    (await devtools.send("Performance.getMetrics")).metrics.find(({ name }) => name === "ScriptDuration").value;
   await page.mouse.move(0, 0);
   robocell("resume");
   await until("the cell moves", noFlag(PAUSED));
@@ -573,7 +623,15 @@ async function frames({ page, look, until, robocell }) {
         window.inPictures += performance.now() - began;
       });
   });
-  const now = () => look((r) => ({ inPictures: window.inPictures, pictures: r.view.pictures, at: performance.now(), time: r.store.snapshot.time, level: r.view.quality.level.name, updates: window.updates }));
+  const now = () =>
+    look((r) => ({
+      inPictures: window.inPictures,
+      pictures: r.view.pictures,
+      at: performance.now(),
+      time: r.store.snapshot.time,
+      level: r.view.quality.level.name,
+      updates: window.updates,
+    }));
   const [first, scriptBefore] = [await now(), await scriptS()];
   await page.waitForTimeout(1000 * MEASURE_S);
   const [last, scriptAfter] = [await now(), await scriptS()];
@@ -591,11 +649,56 @@ async function frames({ page, look, until, robocell }) {
 }
 
 export const scenarios = {
-  meshes, draws, drag, gizmo, buttons, crashes, scrub, plots, viewer, names,
-  manual, flip, pallet, bins, windows, keyboard, frames,
-  lanes, speed, filter, replaySpeed, earlier,
-  outline, largeTree, drawing, guards, breakpoints, breakspots, policy, saved, code,
-  inspector, joints, ticks, answers, jobDrawing, load, targets,
-  guide, views, sharp, reach, scenes,
-  jog, grasp, hands, status, told, recorded, levels, readable, phone,
+  meshes,
+  draws,
+  drag,
+  gizmo,
+  buttons,
+  crashes,
+  scrub,
+  plots,
+  viewer,
+  names,
+  manual,
+  flip,
+  pallet,
+  bins,
+  windows,
+  keyboard,
+  frames,
+  lanes,
+  speed,
+  filter,
+  replaySpeed,
+  earlier,
+  outline,
+  largeTree,
+  drawing,
+  guards,
+  breakpoints,
+  breakspots,
+  policy,
+  saved,
+  code,
+  inspector,
+  joints,
+  ticks,
+  answers,
+  jobDrawing,
+  load,
+  targets,
+  guide,
+  views,
+  sharp,
+  reach,
+  scenes,
+  jog,
+  grasp,
+  hands,
+  status,
+  told,
+  recorded,
+  levels,
+  readable,
+  phone,
 };

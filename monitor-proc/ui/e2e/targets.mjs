@@ -4,13 +4,16 @@
 /** Runs on the page: the controls smaller than 24 pixels without room around them. */
 function tooSmall() {
   const LEAST = 24;
-  const kinds = "button, a[href], input, select, summary, textarea, [role=button], [role=tab], [role=slider], [tabindex='0'][data-id]";
+  const kinds =
+    "button, a[href], input, select, summary, textarea, [role=button], [role=tab], [role=slider], [tabindex='0'][data-id]";
   const shown = (node) => node.checkVisibility({ visibilityProperty: true });
   // The size of a node in a drawing depends on the zoom; it can be pressed in a list as well.
   const isDrawn = (node) => node instanceof SVGElement;
   // A label is a part of its checkbox.
   const boxOf = (node) => (node.type === "checkbox" ? (node.closest("label") ?? node) : node).getBoundingClientRect();
-  const all = [...document.querySelectorAll(kinds)].filter((node) => shown(node) && !isDrawn(node)).map((node) => ({ node, box: boxOf(node) }));
+  const all = [...document.querySelectorAll(kinds)]
+    .filter((node) => shown(node) && !isDrawn(node))
+    .map((node) => ({ node, box: boxOf(node) }));
   const here = all.filter(({ box }) => box.width > 0 && box.height > 0);
   const isSmall = ({ box }) => box.width < LEAST - 0.5 || box.height < LEAST - 0.5;
   const middle = ({ left, top, width, height }) => [left + width / 2, top + height / 2];
@@ -21,7 +24,11 @@ function tooSmall() {
     const [u, v] = middle(other.box);
     return away < LEAST / 2 || (isSmall(other) && Math.hypot(x - u, y - v) < LEAST);
   };
-  const crowds = (one) => here.some((other) => other !== one && !other.node.contains(one.node) && !one.node.contains(other.node) && isNear(one, other));
+  const crowds = (one) =>
+    here.some(
+      (other) =>
+        other !== one && !other.node.contains(one.node) && !one.node.contains(other.node) && isNear(one, other),
+    );
   const name = ({ node, box }) => {
     const text = (node.getAttribute("aria-label") ?? node.innerText ?? "").slice(0, 30).replace(/\s+/g, " ");
     return `${node.tagName.toLowerCase()}.${node.getAttribute("class") ?? ""} "${text}" ${box.width.toFixed(0)} x ${box.height.toFixed(0)}`;

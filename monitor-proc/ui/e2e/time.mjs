@@ -1,5 +1,5 @@
 // What a person does with time: lanes, the past at any speed, the speed of a cell.
-import { NOT_LIVE, PAUSED, flag, noFlag } from "./flags.mjs";
+import { flag, NOT_LIVE, noFlag, PAUSED } from "./flags.mjs";
 
 const time = (look) => look((r) => r.store.snapshot.time);
 
@@ -67,8 +67,15 @@ async function alignedAndColoured({ page, look, same }) {
   same("left edge and width of the lanes", [area.x, area.width].map(Math.round), [bar.x, bar.width].map(Math.round));
   const centre = (box) => box.x + box.width / 2;
   const [knob, line] = [await box("#bottom .cursor"), await box(".lane-cursor")];
-  if (Math.abs(centre(knob) - centre(line)) > 1.5) throw new Error(`the time is at ${centre(knob)} px of the bar and at ${centre(line)} px of the lanes`);
-  const colours = () => look(() => [...document.querySelectorAll('.lane i[data-kind="phase"]')].map((node) => [node.title.split("\n")[0], getComputedStyle(node).backgroundColor]));
+  if (Math.abs(centre(knob) - centre(line)) > 1.5)
+    throw new Error(`the time is at ${centre(knob)} px of the bar and at ${centre(line)} px of the lanes`);
+  const colours = () =>
+    look(() =>
+      [...document.querySelectorAll('.lane i[data-kind="phase"]')].map((node) => [
+        node.title.split("\n")[0],
+        getComputedStyle(node).backgroundColor,
+      ]),
+    );
   const seen = await colours();
   for (const [at, [name, colour]] of seen.entries()) {
     const [next, other] = seen[at + 1] ?? [name, ""];
@@ -84,47 +91,77 @@ async function resetsAndMarks({ page, look, until, same }) {
     const { epoch } = r.store.log.at(-1);
     const time_s = r.store.snapshot.time - 0.5;
     const [one, other] = r.store.spans.filter(({ kind }) => kind === "phase").map(({ from_s }) => from_s + 0.2);
-    const resets = [one, other].map((at_s) => ({ time_s: at_s, kind: "lifecycle", text: "[task] reset", mark: null, epoch }));
-    const marks = ["fault", "hand", "recover"].map((mark) => ({ time_s, kind: "log", text: `one moment: ${mark}`, mark, epoch }));
+    const resets = [one, other].map((at_s) => ({
+      time_s: at_s,
+      kind: "lifecycle",
+      text: "[task] reset",
+      mark: null,
+      epoch,
+    }));
+    const marks = ["fault", "hand", "recover"].map((mark) => ({
+      time_s,
+      kind: "log",
+      text: `one moment: ${mark}`,
+      mark,
+      epoch,
+    }));
     r.store.takeText({ t: "log", lines: [...resets, ...marks] });
     return [one, other];
   });
-  const cut = (r, times) => times.every((at_s) => ["task", "phase"].every((kind) => r.store.spans.some((span) => span.kind === kind && span.from_s === at_s)));
+  const cut = (r, times) =>
+    times.every((at_s) =>
+      ["task", "phase"].every((kind) => r.store.spans.some((span) => span.kind === kind && span.from_s === at_s)),
+    );
   await until("the lanes are cut at the resets", cut, times);
   await page.locator('.marks [data-mark="reset"]').nth(1).waitFor({ state: "attached" });
   // The list shows a line with its next update.
   await page.locator('.event[data-mark="reset"]').nth(1).waitFor({ state: "attached" });
   same("rows of resets", await page.locator('.event[data-mark="reset"]').count(), 2);
   await page.locator('.marks [title*="one moment"]').nth(2).waitFor({ state: "attached" });
-  const at = await look(() => [...document.querySelectorAll('.marks [title*="one moment"]')].map((node) => node.getBoundingClientRect().x).sort((a, b) => a - b));
-  if (at.some((x, index) => index > 0 && x - at[index - 1] < 12)) throw new Error(`marks of one moment cover each other: ${at}`);
+  const at = await look(() =>
+    [...document.querySelectorAll('.marks [title*="one moment"]')]
+      .map((node) => node.getBoundingClientRect().x)
+      .sort((a, b) => a - b),
+  );
+  if (at.some((x, index) => index > 0 && x - at[index - 1] < 12))
+    throw new Error(`marks of one moment cover each other: ${at}`);
   const beyond = await look(() => {
     const { right } = document.querySelector(".lane-area").getBoundingClientRect();
-    return [...document.querySelectorAll(".lane i")].filter((node) => node.getBoundingClientRect().right > right + 0.6).map(({ title }) => title);
+    return [...document.querySelectorAll(".lane i")]
+      .filter((node) => node.getBoundingClientRect().right > right + 0.6)
+      .map(({ title }) => title);
   });
   same("spans beyond the end of the lanes", beyond, []);
 }
 
 /** The list of events is at its newest line. */
 async function newestLine({ page, look }) {
-  const away = () => look(() => {
-    const list = document.querySelector(".event-list");
-    return list.scrollHeight - list.clientHeight - list.scrollTop;
-  });
+  const away = () =>
+    look(() => {
+      const list = document.querySelector(".event-list");
+      return list.scrollHeight - list.clientHeight - list.scrollTop;
+    });
   for (const since = Date.now(); (await away()) > 2 && Date.now() - since < 5000; ) await page.waitForTimeout(100);
   if ((await away()) > 2) throw new Error(`the newest event is ${await away()} px below the list`);
   const order = await look((r) => {
     const line = { kind: "log", mark: null, ...r.store.log.at(-1) };
-    for (const [later_s, text] of [[0.3, "told first"], [0.1, "told late"]]) r.store.takeText({ t: "log", lines: [{ ...line, time_s: line.time_s + later_s, text }] });
+    for (const [later_s, text] of [
+      [0.3, "told first"],
+      [0.1, "told late"],
+    ])
+      r.store.takeText({ t: "log", lines: [{ ...line, time_s: line.time_s + later_s, text }] });
     return r.store.log.map(({ text }) => text).filter((text) => text.startsWith("told "));
   });
   if (order[0] !== "told late") throw new Error(`the order of lines: ${order}`);
-  const isWhole = () => look(() => {
-    const list = document.querySelector(".event-list");
-    const top = list.getBoundingClientRect().top;
-    const cut = [...list.children].map((row) => row.getBoundingClientRect()).find((row) => row.top < top - 1 && row.bottom > top + 1);
-    return cut === undefined || cut.bottom - top > list.clientHeight / 2;
-  });
+  const isWhole = () =>
+    look(() => {
+      const list = document.querySelector(".event-list");
+      const top = list.getBoundingClientRect().top;
+      const cut = [...list.children]
+        .map((row) => row.getBoundingClientRect())
+        .find((row) => row.top < top - 1 && row.bottom > top + 1);
+      return cut === undefined || cut.bottom - top > list.clientHeight / 2;
+    });
   for (const since = Date.now(); !(await isWhole()) && Date.now() - since < 5000; ) await page.waitForTimeout(50);
   if (!(await isWhole())) throw new Error("the first line in sight is cut");
   await page.locator(".event-list").hover();
@@ -145,7 +182,8 @@ export async function speed({ page, look, until, robocell, press }) {
   robocell("speed", "1");
   await until("the command shows", (r) => r.store.status.speed === "1");
   const shown = () => select.inputValue();
-  for (const since = Date.now(); (await shown()) !== "1" && Date.now() - since < 20_000; ) await page.waitForTimeout(100);
+  for (const since = Date.now(); (await shown()) !== "1" && Date.now() - since < 20_000; )
+    await page.waitForTimeout(100);
   if ((await shown()) !== "1") throw new Error(`the page shows speed ${await shown()}`);
   if ((await look((r) => r.store.hello.run.demo)) !== "franka-stack") throw new Error("another scene");
   const pending = await page.getByRole("button", { name: "Create scene *" }).count();
@@ -156,12 +194,24 @@ export async function speed({ page, look, until, robocell, press }) {
 async function repeated({ page, look, same }) {
   await look((r) => {
     const { epoch } = r.store.log.at(-1);
-    const lines = [1, 2, 3].flatMap((time_s) => ["left", "right"].map((arm) => ({ time_s, kind: "log", text: `[warning] ${arm}: nothing is free`, mark: null, epoch })));
+    const lines = [1, 2, 3].flatMap((time_s) =>
+      ["left", "right"].map((arm) => ({
+        time_s,
+        kind: "log",
+        text: `[warning] ${arm}: nothing is free`,
+        mark: null,
+        epoch,
+      })),
+    );
     r.store.takeText({ t: "log", lines });
   });
   const rows = page.locator('.event[data-tone="warn"]', { hasText: "nothing is free" });
   await rows.first().waitFor();
-  same("rows of two warnings", await rows.allInnerTexts().then((all) => all.map((text) => text.split(/\s+/).join(" "))), ["left", "right"].map((arm) => `3.00 [warning] ${arm}: nothing is free ×3`));
+  same(
+    "rows of two warnings",
+    await rows.allInnerTexts().then((all) => all.map((text) => text.split(/\s+/).join(" "))),
+    ["left", "right"].map((arm) => `3.00 [warning] ${arm}: nothing is free ×3`),
+  );
 }
 
 /** Kinds of lines are hidden and shown, and how many are hidden is said. */
@@ -171,7 +221,9 @@ export async function filter({ page, look, same, until, robocell, press }) {
   await until("the operator is in the log", (r) => r.store.log.some(({ text }) => text.startsWith("operator:")));
   const shown = page.locator(".event-list .event", { hasText: "operator:" });
   await shown.first().waitFor();
-  const colours = await shown.evaluateAll((nodes) => [...new Set(nodes.map((node) => getComputedStyle(node).borderLeftColor))]);
+  const colours = await shown.evaluateAll((nodes) => [
+    ...new Set(nodes.map((node) => getComputedStyle(node).borderLeftColor)),
+  ]);
   same("colours of what an operator did", colours, ["rgb(58, 71, 85)"]);
   await repeated({ page, look, same });
   await page.locator(".event-bar").getByRole("button", { name: "operator" }).click();
@@ -221,11 +273,24 @@ export async function replaySpeed({ page, look, until, same }) {
 export async function earlier({ page, look, until, same, near, forgive }) {
   const bar = page.locator("#status");
   const look_at = async (time_s) => {
-    const { ok, message } = await page.evaluate((time_s) => window.robocell.store.command({ do: "seek", time_s }), time_s);
+    const { ok, message } = await page.evaluate(
+      (time_s) => window.robocell.store.command({ do: "seek", time_s }),
+      time_s,
+    );
     if (!ok) throw new Error(`a look at ${time_s} s: ${message}`);
-    await until(`${time_s} s are shown`, (r, time_s) => (r.store.snapshot.flags & 16) !== 0 && Math.abs(r.store.snapshot.time - time_s) < 0.1, time_s);
+    await until(
+      `${time_s} s are shown`,
+      (r, time_s) => (r.store.snapshot.flags & 16) !== 0 && Math.abs(r.store.snapshot.time - time_s) < 0.1,
+      time_s,
+    );
   };
-  const seen = () => look((r) => ({ time: r.store.snapshot.time, phase: r.store.status.task.phase, letters: r.store.letters[0], tool: r.store.snapshot.arms[0].tcp.slice(0, 3) }));
+  const seen = () =>
+    look((r) => ({
+      time: r.store.snapshot.time,
+      phase: r.store.status.task.phase,
+      letters: r.store.letters[0],
+      tool: r.store.snapshot.arms[0].tcp.slice(0, 3),
+    }));
   // A slow page sees the end of the first run.
   await until("some seconds of a run are recorded", (r) => r.store.timeline?.to_s > 4 && r.store.timeline.to_s < 8);
   const seed = await look((r) => r.store.hello.run.seed);
@@ -233,16 +298,23 @@ export async function earlier({ page, look, until, same, near, forgive }) {
   const then = await seen();
   await until("the next run has begun", (r) => r.store.earlier !== null);
   same("the moment", await seen(), then);
-  await bar.locator(".detail", { hasText: new RegExp(`^${then.time.toFixed(2)} s of seed ${seed}, whose run has ended$`) }).waitFor();
+  await bar
+    .locator(".detail", { hasText: new RegExp(`^${then.time.toFixed(2)} s of seed ${seed}, whose run has ended$`) })
+    .waitFor();
   const tab = page.locator("#right .tab-panel:not([hidden]) > *").first();
   same("whether the task of then is shown", await tab.isVisible(), true);
   // Of other moments of that run the page has the state of physics.
   await look_at(7);
-  if (Math.hypot(...(await seen()).tool.map((x, axis) => x - then.tool[axis])) < 0.01) throw new Error("the arm has not moved");
+  if (Math.hypot(...(await seen()).tool.map((x, axis) => x - then.tool[axis])) < 0.01)
+    throw new Error("the arm has not moved");
   near("the tool that is drawn", await look((r) => r.view.tool().toArray()), (await seen()).tool, 3e-3);
   await tab.waitFor({ state: "hidden" });
   await page.getByRole("button", { name: "Back to live" }).click();
-  await until("now is shown", (r, seed) => r.store.connected && r.store.hello.run.seed !== seed && (r.store.snapshot.flags & 16) === 0, seed);
+  await until(
+    "now is shown",
+    (r, seed) => r.store.connected && r.store.hello.run.seed !== seed && (r.store.snapshot.flags & 16) === 0,
+    seed,
+  );
   await tab.waitFor();
   const outcome = page.locator(".episode-list i", { hasText: String(seed) });
   same("the outcome of that seed", /^Seed \d+: done, \d/.test(await outcome.first().getAttribute("title")), true);

@@ -1,6 +1,6 @@
 // The page in windows of every size, and with a screen reader.
 import { accessible, loadAxe } from "./axe.mjs";
-import { PAUSED, flag, noFlag } from "./flags.mjs";
+import { flag, noFlag, PAUSED } from "./flags.mjs";
 
 const SIZES = [
   [1600, 900],
@@ -45,7 +45,8 @@ async function fits(page, width) {
       pen.font = getComputedStyle(select).font;
       const text = select.selectedOptions[0]?.text ?? "";
       // The arrow and the padding take their place.
-      if (pen.measureText(text).width + 24 > select.clientWidth) wrong.push(`"${text}" is cut at ${select.clientWidth} px`);
+      if (pen.measureText(text).width + 24 > select.clientWidth)
+        wrong.push(`"${text}" is cut at ${select.clientWidth} px`);
     }
     for (const node of [...document.querySelectorAll("#top > *, #bottom > *")].filter(shown)) {
       const { left, right } = node.getBoundingClientRect();
@@ -81,7 +82,9 @@ async function keyboardAlone({ page, look, until }) {
   await page.locator("dialog.help").waitFor();
   await page.keyboard.press("Escape");
   // One tab stop for the whole list of events, and the arrows within it.
-  const stops = await page.evaluate(() => document.querySelectorAll('.event-list [tabindex="0"], .event-list button:not([tabindex])').length);
+  const stops = await page.evaluate(
+    () => document.querySelectorAll('.event-list [tabindex="0"], .event-list button:not([tabindex])').length,
+  );
   if (stops > 0) throw new Error(`${stops} tab stops in the list of events`);
   await page.getByRole("tab", { name: "Task" }).click();
   await page.locator(".event-list").focus();

@@ -1,13 +1,13 @@
 // Starts the page: the store, the 3D view, the panels around it, the connection.
 import "./style.css";
-import { connect } from "./net/connection";
 import { Hand } from "./hand/hand";
 import { Jog } from "./hand/jog";
+import { connect } from "./net/connection";
 import { followMoment } from "./net/moment";
 import { Store } from "./net/store";
+import { Witness } from "./net/witness";
 import { mountPanels } from "./panels/index";
 import { settled } from "./settled";
-import { Witness } from "./net/witness";
 import { View } from "./view/index";
 
 declare global {
@@ -41,10 +41,5 @@ new Witness(store);
 followMoment(store);
 mountPanels(store, view, hand, jog);
 
-if (import.meta.env.DEV && new URLSearchParams(location.search).has("demo")) {
-  const { startDemo } = await import("../dev/demo");
-  startDemo(store);
-} else {
-  const scheme = location.protocol === "https:" ? "wss" : "ws";
-  connect(store, `${scheme}://${location.host}/ws`);
-}
+const scheme = location.protocol === "https:" ? "wss" : "ws";
+connect(store, `${scheme}://${location.host}/ws`);

@@ -1,7 +1,7 @@
 // Tells the screenshot command when the page shows what its address asks for.
+import { momentOfUrl } from "./net/moment";
 import { FLAG } from "./net/snapshot";
 import type { Store } from "./net/store";
-import { momentOfUrl } from "./net/moment";
 import { getHash } from "./panels/hash";
 
 /** Pictures drawn since everything was there: late materials and labels count. */

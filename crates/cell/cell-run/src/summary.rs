@@ -62,7 +62,7 @@ pub struct RunSummary {
     pub recoveries: u32,
     /// Starts of the task after the first.
     pub task_restarts: u32,
-    /// Cycles of controllers without a new state.
+    /// Missed cycles of all controllers, as in their health.
     pub missed_cycles: u64,
     /// Commands and positions outside the limits of a joint.
     pub limit_violations: u64,
@@ -119,7 +119,7 @@ pub struct RunFacts<'a> {
     pub wall_time_s: f64,
     /// Starts of the task after the first.
     pub task_restarts: u32,
-    /// Cycles of controllers without a new state.
+    /// Missed cycles of all controllers, as in their health.
     pub missed_cycles: u64,
 }
 

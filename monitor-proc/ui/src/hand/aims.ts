@@ -124,7 +124,9 @@ export function above(tool: Pose, gripper: Gripper | null, shape: Shape, pose: P
   });
   const widest = gripper?.kind === "parallel" ? gripper.max_width_m : Infinity;
   const fits = turns.filter(({ angle }) => across(shape, pose, angle) <= widest);
-  const best = (fits.length > 0 ? fits : turns).reduce((one, other) => (Math.abs(other.by) < Math.abs(one.by) ? other : one));
+  const best = (fits.length > 0 ? fits : turns).reduce((one, other) =>
+    Math.abs(other.by) < Math.abs(one.by) ? other : one,
+  );
   const about = new Quaternion().setFromEuler(new Euler(0, 0, best.by));
   return poseOf(placeOf(pose).setZ(pose[2] + topOf(shape, pose) + ABOVE_M), about.multiply(turn));
 }

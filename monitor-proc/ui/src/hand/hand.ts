@@ -1,5 +1,5 @@
 // Leading an arm by hand: what the handle in the view, the keys, the jog buttons and the form share.
-import type { Pose } from "../net/protocol";
+import type { Pose, Vec3 } from "../net/protocol";
 import { FLAG } from "../net/snapshot";
 import type { Store } from "../net/store";
 
@@ -65,7 +65,7 @@ export class Hand {
     if (hello?.live === false) return "this is a recording: nothing can be moved";
     if (snapshot === null) return "no state yet";
     if ((snapshot.flags & FLAG.notLive) !== 0) return "you look at the past: press Live first";
-    const led = scene?.task["kind"] === "reach" || (snapshot.flags & FLAG.taskPaused) !== 0;
+    const led = scene?.task.kind === "reach" || (snapshot.flags & FLAG.taskPaused) !== 0;
     return led ? null : "the task leads the arm: pause the task first";
   }
 
@@ -104,7 +104,8 @@ export class Hand {
     this.proposal = null;
     this.sent.set(arm, { pose, at: performance.now() });
     const [x, y, z, ...orientation_wxyz] = pose;
-    const ack = await this.store.command({ do: "target", arm, position: [x, y, z], orientation_wxyz, contact_limit_n: this.contactLimit_n });
+    const target = { position: [x, y, z] as Vec3, orientation_wxyz, contact_limit_n: this.contactLimit_n };
+    const ack = await this.store.command({ do: "target", arm, ...target });
     // A refused target is not shown again: the handle goes back.
     if (!ack.ok) this.sent.delete(arm);
     this.changed();

@@ -1,6 +1,6 @@
 // Moves the target of an arm in steps, or as long as a button or a key is held.
-import type { Hand } from "./hand";
 import { stepped } from "./aims";
+import type { Hand } from "./hand";
 
 export const STEPS = {
   "1 mm, 1°": [0.001, Math.PI / 180],

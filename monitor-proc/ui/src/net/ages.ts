@@ -64,7 +64,8 @@ export class Ages {
   /** Whether the answer of guard `name` holds in the state that is active. */
   isCurrent(at: number, name: string, graph: Graph | undefined, letters: string): boolean {
     // A node that runs under its guard asks it in every decision.
-    const runs = graph?.kind === "tree" && graph.nodes.some((node, index) => node.name === name && letters[index] === "R");
+    const runs =
+      graph?.kind === "tree" && graph.nodes.some((node, index) => node.name === name && letters[index] === "R");
     if (runs) return this.known.guards[at]?.[name] === true;
     const asked = this.guards[at]?.[name];
     const age = this.ofGuard(at, name);

@@ -26,7 +26,10 @@ export function touchesOf(contacts: Contact[], body: ContactBody): Touch[] {
     if (!isA && !same(b, body)) continue;
     const partner = isA ? b : a;
     let touch = all.find((one) => same(one.partner, partner));
-    if (touch === undefined) all.push((touch = { partner, force: [0, 0, 0], points: 0 }));
+    if (touch === undefined) {
+      touch = { partner, force: [0, 0, 0], points: 0 };
+      all.push(touch);
+    }
     touch.force = touch.force.map((sum, axis) => sum + (isA ? 1 : -1) * (force[axis] ?? 0)) as Vec3;
     touch.points += 1;
   }

@@ -59,7 +59,8 @@ export class Earlier {
     }
     const wanted = command.time_s;
     const away = ({ time }: Snapshot) => Math.abs(time - wanted);
-    const nearest = this.snapshots.reduce<Snapshot | null>((one, other) => (one === null || away(other) < away(one) ? other : one), null);
+    const nearer = (one: Snapshot | null, other: Snapshot) => (one === null || away(other) < away(one) ? other : one);
+    const nearest = this.snapshots.reduce(nearer, null);
     if (nearest === null) return ack(false, "the run has ended, and the page has no other moment of it");
     store.showEarlier(nearest);
     return ack(true);

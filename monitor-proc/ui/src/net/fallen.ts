@@ -31,7 +31,9 @@ export class Falls {
 
   /** Takes a state, at `now_ms` of the page's clock. */
   see(scene: Scene, { objects, time }: Snapshot, now_ms: number): Fall[] {
-    const parked = scene.objects.flatMap(({ name, parked }, index) => (parked === true && ((objects[index]?.flags ?? 0) & OBJECT.enabled) !== 0 ? [name] : []));
+    const parked = scene.objects.flatMap(({ name, parked }, index) =>
+      parked === true && ((objects[index]?.flags ?? 0) & OBJECT.enabled) !== 0 ? [name] : [],
+    );
     const here = new Set(parked);
     const isFollowed = time >= this.last_s && time - this.last_s < LEAP_S;
     this.last_s = time;

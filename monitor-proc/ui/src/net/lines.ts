@@ -21,6 +21,8 @@ export function isReset({ text }: LogLine): boolean {
 
 /** `known` and those of `lines` that tell of a reset and are new. */
 export function withNewResets(known: LogLine[], lines: LogLine[]): LogLine[] {
-  const found = lines.filter((line) => isReset(line) && known.every((one) => one.time_s !== line.time_s || !isReset(one)));
+  const found = lines.filter(
+    (line) => isReset(line) && known.every((one) => one.time_s !== line.time_s || !isReset(one)),
+  );
   return found.length === 0 ? known : [...known, ...found];
 }

@@ -20,7 +20,8 @@ function until(store: Store): number {
 /** As the task spells it: `LIFT`, or of several arms `LEFT_LIFT`. */
 export function phaseOf(store: Store): string {
   const spans = current(store, "phase", until(store));
-  const newest = [...new Map(spans.map((span) => [span.lane, span])).values()].sort((one, other) => one.from_s - other.from_s);
+  const byLane = new Map(spans.map((span) => [span.lane, span]));
+  const newest = [...byLane.values()].sort((one, other) => one.from_s - other.from_s);
   if (newest.length === 0) return store.status?.task.phase ?? "";
   const named = newest.filter(({ label }) => label !== "");
   // Of several arms one that works says more than one that rests.
@@ -53,15 +54,16 @@ export function lossesOf(store: Store): number[] {
 
 /** When the task was reset, in the history that led to now (s). */
 export function resetsOf(store: Store): number[] {
-  const times = store.marked.filter((line) => line.mark === "reset" && store.isCurrent(line)).map(({ time_s }) => time_s);
-  return times.sort((one, other) => one - other);
+  const resets = store.marked.filter((line) => line.mark === "reset" && store.isCurrent(line));
+  return resets.map(({ time_s }) => time_s).sort((one, other) => one - other);
 }
 
 /** Whether a grip was lost before the moment that is shown, and nothing is held since. */
 export function isPickingUp(store: Store): boolean {
   const until_s = until(store);
   const lost_s = Math.max(...lossesOf(store).filter((at_s) => at_s <= until_s));
-  const run_s = current(store, "task", until_s).filter(({ label }) => label === "running").at(-1)?.from_s ?? -Infinity;
+  const runs = current(store, "task", until_s).filter(({ label }) => label === "running");
+  const run_s = runs.at(-1)?.from_s ?? -Infinity;
   if (lost_s === -Infinity || lost_s < run_s) return false;
   return !current(store, "grip", until_s).some(({ label, from_s }) => label !== "" && from_s > lost_s);
 }
@@ -76,6 +78,7 @@ export function afterDone(store: Store): AfterDone {
   const isAgain = isPickingUp || (isDone && state === "running");
   const ends = store.marked.filter((line) => line.mark === "done" && line.time_s <= until_s && store.isCurrent(line));
   // The page's own line of it says no more than that it is done.
-  const achieved = ends.filter((line) => !store.own.includes(line)).at(-1)?.text.replace(/^\[\w+\] /, "") ?? "";
+  const last = ends.filter((line) => !store.own.includes(line)).at(-1);
+  const achieved = last?.text.replace(/^\[\w+\] /, "") ?? "";
   return { achieved, isAgain, isPickingUp, phase: isAgain ? phaseOf(store) : "" };
 }

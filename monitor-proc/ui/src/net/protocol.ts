@@ -53,7 +53,15 @@ export interface Scene {
   description: string;
   camera: { eye_m: Vec3; target_m: Vec3 };
   arms: ArmSpec[];
-  objects: { name: string; shape: Shape; colour: Vec3; mass_kg: number; friction: number; kind: string; parked?: boolean }[];
+  objects: {
+    name: string;
+    shape: Shape;
+    colour: Vec3;
+    mass_kg: number;
+    friction: number;
+    kind: string;
+    parked?: boolean;
+  }[];
   fixtures: {
     name: string;
     shape: Shape;

@@ -12,7 +12,8 @@ const GRID_M = 0.05;
 /** Names and places (m, world frame). */
 export function exampleTargets(spec: ArmSpec): [string, Vec3][] {
   const length = stretched(spec);
-  return EXAMPLES.map(([name, shares]) => [name, shares.map((share, axis) => round((spec.base.position[axis] ?? 0) + share * length)) as Vec3]);
+  const placed = (share: number, axis: number) => round((spec.base.position[axis] ?? 0) + share * length);
+  return EXAMPLES.map(([name, shares]) => [name, shares.map(placed) as Vec3]);
 }
 
 /** Length of the arm from joint to joint (m): no point farther away can be reached. */

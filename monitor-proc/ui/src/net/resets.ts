@@ -16,7 +16,8 @@ type Add = (like: Span, change: Partial<Span>) => Span;
  */
 export function withResets(lane: Span[], resets: number[], length_s: number, add: Add, arms: Span[][] = []): Span[] {
   const after_s = Math.max(LEAST_S, length_s / MOMENTS) + BEFORE_S;
-  return resets.reduce((cut, at_s) => cutAt(cut, { at_s, after_s, isKept: arms.length < 2 || isNamed(lane, arms, at_s, after_s) }, add), lane);
+  const isKept = (at_s: number) => arms.length < 2 || isNamed(lane, arms, at_s, after_s);
+  return resets.reduce((cut, at_s) => cutAt(cut, { at_s, after_s, isKept: isKept(at_s) }, add), lane);
 }
 
 interface Cut {
@@ -33,7 +34,8 @@ function isNear(span: Span | undefined, at_s: number, after_s: number): boolean 
 /** Whether the task names the arm of `lane` after a reset: it names one, that of the latest phase if no arm starts one. */
 function isNamed(lane: Span[], arms: Span[][], at_s: number, after_s: number): boolean {
   if (arms.some((one) => one.some((span) => span.label !== "" && isNear(span, at_s, after_s)))) return false;
-  const begun = (one: Span[]) => Math.max(...one.filter(({ from_s, label }) => from_s < at_s && label !== "").map(({ from_s }) => from_s));
+  const begun = (one: Span[]) =>
+    Math.max(...one.filter(({ from_s, label }) => from_s < at_s && label !== "").map(({ from_s }) => from_s));
   return arms.every((one) => begun(one) <= begun(lane));
 }
 

@@ -12,7 +12,8 @@ export class Since {
 
   take(message: TextMessage): void {
     if (message.t === "hello") this.forget();
-    else if (message.t === "statuses") this.takeLetters(message.graph, message.letters, message.time_s ?? null, new Set(message.started));
+    else if (message.t === "statuses")
+      this.takeLetters(message.graph, message.letters, message.time_s ?? null, new Set(message.started));
   }
 
   forget(): void {
@@ -25,7 +26,8 @@ export class Since {
     const known = this.since_s[at] ?? [];
     // The start of a status that is older than the first message is unknown.
     const changed_s = before === "" ? null : time_s;
-    this.since_s[at] = [...letters].map((letter, node) => (started.has(node) ? time_s : letter === before[node] ? (known[node] ?? null) : changed_s));
+    const sinceWhen = (letter: string, node: number) => (letter === before[node] ? (known[node] ?? null) : changed_s);
+    this.since_s[at] = [...letters].map((letter, node) => (started.has(node) ? time_s : sinceWhen(letter, node)));
     this.letters[at] = letters;
   }
 }

@@ -179,7 +179,8 @@ class Frame implements Snapshot {
 }
 
 function decodeObject(view: DataView, at: number): ObjectState {
-  return { pose: pose(view, at), flags: view.getUint32(at + 28, true), linear: vec3(view, at + 32), angular: vec3(view, at + 44) };
+  const flags = view.getUint32(at + 28, true);
+  return { pose: pose(view, at), flags, linear: vec3(view, at + 32), angular: vec3(view, at + 44) };
 }
 
 function decodeContact(view: DataView, at: number): Contact {
@@ -189,8 +190,8 @@ function decodeContact(view: DataView, at: number): Contact {
 
 /** Words after the header. */
 function wordsOf(view: DataView): number {
-  const [arms, objects, contacts] = [0, 1, 2].map((part) => view.getUint32(COUNTS_AT + 4 * part, true)) as [number, number, number];
-  return arms * ARM_WORDS + objects * OBJECT_WORDS + contacts * CONTACT_WORDS;
+  const sizes = [ARM_WORDS, OBJECT_WORDS, CONTACT_WORDS];
+  return sizes.reduce((sum, words, part) => sum + words * view.getUint32(COUNTS_AT + 4 * part, true), 0);
 }
 
 const KINDS = ["object", "fixture", "arm"] as const;

@@ -48,7 +48,8 @@ export class ShownSpans {
     const names = [...new Set(now.map(({ lane }) => lane))];
     const length_s = timeline === null ? 0 : timeline.to_s - timeline.from_s;
     const cut = (lane: Span[], arms: Span[][] = []) => withResets(lane, resets, length_s, add, arms);
-    const phases = names.map((name) => now.filter(({ lane, kind }) => lane === name && kind === "phase")).filter(({ length }) => length > 0);
+    const all = names.map((name) => now.filter(({ lane, kind }) => lane === name && kind === "phase"));
+    const phases = all.filter(({ length }) => length > 0);
     const outcome = withAgain(cut(now.filter(({ kind }) => kind === "task")), pickups(now, losses), add);
     const shown = names.flatMap((name) => {
       const lane = now.filter((span) => span.lane === name);
@@ -101,7 +102,9 @@ function withAgain(lane: Span[], all: Pickup[], add: Add): Span[] {
 /** While the task has ended, its phase is that it ended. */
 function withEnds(lane: Span[], outcome: Span[], add: Add): Span[] {
   const ends = outcome.flatMap(({ label, from_s, epoch }, index) =>
-    label === "done" || label === "failed" ? [{ label, from_s, epoch, to_s: outcome[index + 1]?.from_s ?? Infinity }] : [],
+    label === "done" || label === "failed"
+      ? [{ label, from_s, epoch, to_s: outcome[index + 1]?.from_s ?? Infinity }]
+      : [],
   );
   const all: Span[] = [];
   for (const [index, span] of lane.entries()) {
@@ -109,7 +112,8 @@ function withEnds(lane: Span[], outcome: Span[], add: Add): Span[] {
     let at_s = span.from_s;
     const work = (to_s: number) => {
       // The short remainder of a phase beside an end is not a phase.
-      if (at_s === span.from_s ? to_s > at_s : to_s - at_s > SAME_S) all.push(at_s === span.from_s ? span : add(span, { from_s: at_s }));
+      if (at_s === span.from_s ? to_s > at_s : to_s - at_s > SAME_S)
+        all.push(at_s === span.from_s ? span : add(span, { from_s: at_s }));
     };
     for (const { label, from_s, epoch, to_s } of span.label === "" ? [] : ends) {
       if (to_s <= at_s || from_s >= next_s) continue;

@@ -1,25 +1,13 @@
 // State of the page, kept over reconnections, and the events of its changes.
-import type {
-  Ack,
-  Command,
-  Graph,
-  Hello,
-  LogLine,
-  Past,
-  Scene,
-  Span,
-  Status,
-  TextMessage,
-  Timeline,
-} from "./protocol";
 import { Ages } from "./ages";
 import { isCurrent, markedAt } from "./epochs";
 import { Falls } from "./fallen";
 import { addInOrder, isReset, withNewResets } from "./lines";
 import { lostOf } from "./lost";
-import { decode, type Snapshot } from "./snapshot";
 import { afterDone, lossesOf, resetsOf } from "./phases";
+import type { Ack, Command, Graph, Hello, LogLine, Past, Scene, Span, Status, TextMessage, Timeline } from "./protocol";
 import { Since } from "./since";
+import { decode, type Snapshot } from "./snapshot";
 import { ShownSpans } from "./spans";
 import { inOrder, type Wrong, type WrongFrom } from "./wrong";
 
@@ -157,7 +145,9 @@ export class Store {
   /** The lanes of the history that led to now, as they are shown. */
   get spans(): Span[] {
     const { lanes, wrong, timeline } = this;
-    return this.shown.of({ lanes, wrong, losses: lossesOf(this), resets: resetsOf(this), timeline }, (line) => this.isCurrent(line));
+    return this.shown.of({ lanes, wrong, losses: lossesOf(this), resets: resetsOf(this), timeline }, (line) =>
+      this.isCurrent(line),
+    );
   }
 
   /** Whether the task has ended, and does not work again since, at the moment that is shown. */
@@ -286,7 +276,8 @@ export class Store {
       case "gone":
         this.ended = message.what === ENDED;
         // The bar above the view tells of the end, and of a monitor that does not come back.
-        if (!NORMAL.has(message.what)) this.emit("notice", { text: `the monitor closed the connection: ${message.what}`, bad: true });
+        if (!NORMAL.has(message.what))
+          this.emit("notice", { text: `the monitor closed the connection: ${message.what}`, bad: true });
         break;
       case "ack":
         break;
@@ -332,7 +323,10 @@ export class Store {
     const marked = lines.map((line) => withMark(line, this.scene));
     if (this.hello?.live === false) this.played = withNewResets(this.played, marked);
     const isInOrder = marked.map((line) => addInOrder(this.log, line)).every((isLast) => isLast);
-    if (all) this.insertOwn(this.hello?.live === false ? this.own.filter(({ time_s }) => time_s <= (this.snapshot?.time ?? 0)) : this.own);
+    if (all)
+      this.insertOwn(
+        this.hello?.live === false ? this.own.filter(({ time_s }) => time_s <= (this.snapshot?.time ?? 0)) : this.own,
+      );
     this.log.splice(0, this.log.length - KEPT_LINES);
     // Nothing new was said where all is told once more.
     this.emit("log", !isInOrder || (all && (known > 0 || this.own.length > 0)) ? [] : marked);

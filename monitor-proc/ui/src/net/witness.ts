@@ -1,11 +1,11 @@
 // Events that no process reports, derived from the states: an object that fell out of the cell, an object pulled by a
 // person, a target that is not reached, the end of a task that logs nothing.
+import type { Fall } from "./fallen";
 import { lostOf } from "./lost";
 import { snapshotsOf } from "./past";
 import type { LogLine, Scene } from "./protocol";
 import { FLAG, isUnreachable, OBJECT, type Snapshot } from "./snapshot";
 import type { Store } from "./store";
-import type { Fall } from "./fallen";
 import { fallenText, lostText, NOT_REACHED, OBJECT_LOST, type Wrong, type WrongFrom } from "./wrong";
 
 /** An object that was let go for less is still pulled (simulated s). */
@@ -87,14 +87,15 @@ class States {
       if ((flags & OBJECT.dragged) === 0 || name === undefined) continue;
       const before = this.pulled.get(name);
       this.pulled.set(name, time_s);
-      if (before === undefined || Math.abs(time_s - before) > PULLED_S) found.push({ time_s, text: `by hand: ${name} is pulled`, mark: "hand" });
+      if (before === undefined || Math.abs(time_s - before) > PULLED_S)
+        found.push({ time_s, text: `by hand: ${name} is pulled`, mark: "hand" });
     }
     return found;
   }
 
   /** Of a task that only follows a person's target. */
   private misses({ arms, time: time_s }: Snapshot): Found[] {
-    if (this.scene.task["kind"] !== "reach") return [];
+    if (this.scene.task.kind !== "reach") return [];
     return arms.flatMap((arm, index) => {
       const known = this.away.get(index);
       if (!isUnreachable(arm)) {
@@ -174,7 +175,9 @@ export class Witness {
   private fell(falls: Fall[]): void {
     // Parts of a dispenser fall by the dozen.
     const isPart = this.store.scene?.dispenser != null;
-    const found = falls.map(({ name, time_s }): Found => ({ time_s, text: isPart ? `${name} is out of the cell` : fallenText(name), mark: isPart ? null : "drop" }));
+    const text = (name: string) => (isPart ? `${name} is out of the cell` : fallenText(name));
+    const mark = isPart ? null : "drop";
+    const found = falls.map(({ name, time_s }): Found => ({ time_s, text: text(name), mark }));
     // A recording may be played twice.
     this.tell(found.filter((line) => !this.isTold(line)));
   }
@@ -189,7 +192,8 @@ export class Witness {
       this.ends.add(key);
       setTimeout(() => {
         const isTold = store.marked.some((line) => line.mark === mark && Math.abs(line.time_s - from_s) < END_S);
-        if (!isTold && this.run === run) store.addOwn([{ time_s: from_s, text: `[task] ${label}`, mark, kind: "lifecycle", epoch }]);
+        if (!isTold && this.run === run)
+          store.addOwn([{ time_s: from_s, text: `[task] ${label}`, mark, kind: "lifecycle", epoch }]);
       }, TOLD_MS);
     }
   }
@@ -214,7 +218,8 @@ export class Witness {
   private async read(): Promise<void> {
     const { store, run } = this;
     const { timeline, snapshot, scene, hello, past } = store;
-    if (this.isRead || timeline === null || snapshot === null || scene === null || hello === null || past !== null) return;
+    if (this.isRead || timeline === null || snapshot === null || past !== null) return;
+    if (scene === null || hello === null) return;
     this.isRead = true;
     const isReplay = !hello.live;
     const to_s = isReplay ? timeline.to_s : Math.min(snapshot.time, timeline.to_s);
@@ -227,7 +232,8 @@ export class Witness {
     const found = seen.flatMap(({ lines }) => lines).filter((line) => !this.isTold(line));
     const isKnown = (name: string) => [...found, ...store.own].some(({ text }) => text.startsWith(lostText(name)));
     const earlier = isReplay ? [] : lostOf(scene, snapshot).filter((name) => !isKnown(name));
-    found.push(...earlier.map((name) => ({ time_s: span.from_s, text: `${lostText(name)} before this was recorded`, mark: "drop" })));
+    const text = (name: string) => `${lostText(name)} before this was recorded`;
+    found.push(...earlier.map((name) => ({ time_s: span.from_s, text: text(name), mark: "drop" })));
     const epoch = store.timeline?.epochs.at(-1)?.epoch ?? null;
     store.addOwn(found.map((line) => ({ ...line, kind: "lifecycle", epoch })));
   }

@@ -31,6 +31,9 @@ export function fallenText(name: string): string {
   return `${lostText(name)}; it can be brought again`;
 }
 
+/** The mark of the end, by the outcome. */
+const END_MARKS: Partial<Record<string, string>> = { done: "done", failed: "fault" };
+
 /** The lines that tell how the state began that lasts at the moment shown: they are marked also where that is out of the window. */
 export function lasting(store: Store): LogLine[] {
   const { snapshot, status } = store;
@@ -41,6 +44,7 @@ export function lasting(store: Store): LogLine[] {
   const isAway = store.wrongAt(until_s) === NOT_REACHED;
   const away = isAway ? last(({ mark, text }) => mark === "hand_failed" && text.includes("target not reached")) : [];
   const outcome = status?.task.outcome;
-  const ended = outcome === "done" ? last(({ mark }) => mark === "done") : outcome === "failed" ? last(({ mark }) => mark === "fault") : [];
+  const end = END_MARKS[outcome ?? ""];
+  const ended = end === undefined ? [] : last(({ mark }) => mark === end);
   return [...lost, ...away, ...ended];
 }

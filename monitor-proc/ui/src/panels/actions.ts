@@ -1,6 +1,6 @@
 // What buttons and keys do alike, each with its twin on the command line.
-import type { PanelContext } from "./context";
 import type { ButtonSpec } from "./button";
+import type { PanelContext } from "./context";
 
 /** The commands of a whole cell, as buttons and keys know them. */
 export interface Actions {

@@ -28,6 +28,33 @@ export function svg<K extends keyof SVGElementTagNameMap>(
   return fill(document.createElementNS("http://www.w3.org/2000/svg", tag), attrs, children);
 }
 
+/** A button that calls `run` and can always be pressed. Its class is `button` where `attrs` has no other. */
+export function plainButton(
+  attrs: Attrs,
+  run: (event: MouseEvent) => unknown,
+  ...children: Child[]
+): HTMLButtonElement {
+  const node = el("button", { type: "button", class: "button", ...attrs }, ...children);
+  node.addEventListener("click", run);
+  return node;
+}
+
+/** Takes the room that is left in a row. */
+export function spacer(): HTMLElement {
+  return el("span", { class: "spacer" });
+}
+
+/** A dialog whose header has `head` and a button that closes it; a click beside it closes it, too. */
+export function sheet(attrs: Attrs, head: Child[], ...body: Child[]): HTMLDialogElement {
+  const close = plainButton({}, () => dialog.close(), "Close");
+  const dialog = el("dialog", attrs, el("header", {}, ...head, close), ...body);
+  dialog.addEventListener("click", (event) => {
+    if (event.target === dialog) dialog.close();
+  });
+  document.body.append(dialog);
+  return dialog;
+}
+
 /** Sets the text where it is another one: untouched nodes cost no layout. */
 export function setText(node: Node, text: string): void {
   const only = node.firstChild;
@@ -52,8 +79,7 @@ export function setAttr(node: Element, name: string, value: string | null): void
 export function setOptions(select: HTMLSelectElement, values: string[], chosen?: string): void {
   const before = chosen ?? select.value;
   const same =
-    select.options.length === values.length &&
-    values.every((value, index) => select.options[index]?.value === value);
+    select.options.length === values.length && values.every((value, index) => select.options[index]?.value === value);
   if (!same) {
     select.replaceChildren(...values.map((value) => el("option", { value }, value)));
   }
@@ -70,13 +96,6 @@ export function reveal(box: Element | null, node: Element | undefined): void {
     const above = Math.floor((outer.height - inner.height) / 2 / Math.max(inner.height, 1));
     box.scrollTop += inner.top - outer.top - Math.max(above, 0) * inner.height;
   }
-  revealAcross(box, node);
-}
-
-/** As `reveal`, from left to right only: for a header that stays at the top. */
-export function revealAcross(box: Element | null, node: Element | undefined): void {
-  if (box === null || node === undefined) return;
-  const [outer, inner] = [box.getBoundingClientRect(), node.getBoundingClientRect()];
   if (inner.left < outer.left || inner.right > outer.right) {
     box.scrollLeft += (inner.left + inner.right - outer.left - outer.right) / 2;
   }

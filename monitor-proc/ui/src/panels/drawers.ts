@@ -1,6 +1,6 @@
 // In a narrow window the sides are drawers over the 3D view, which keeps all of the
 // width; one is open at a time.
-import { el, setAttr } from "./dom";
+import { el, plainButton, setAttr } from "./dom";
 
 const SIDES = [
   { name: "left", label: "Cell", about: "Processes, view and scene" },
@@ -21,10 +21,8 @@ export function openDrawer(wanted: "left" | "right" | null): void {
 /** Buttons that open the drawers; the style sheet shows them where there are any. */
 export function drawerButtons(): HTMLElement {
   const buttons = SIDES.map(({ name, label, about }) => {
-    const attrs = { type: "button", class: "button", title: about, "aria-controls": name, "aria-expanded": "false" };
-    const node = el("button", attrs, label);
-    node.addEventListener("click", () => openDrawer(isOpen(name) ? null : name));
-    return node;
+    const attrs = { title: about, "aria-controls": name, "aria-expanded": "false" };
+    return plainButton(attrs, () => openDrawer(isOpen(name) ? null : name), label);
   });
   document.getElementById("view")?.addEventListener("pointerdown", () => openDrawer(null));
   addEventListener("keydown", (event) => {

@@ -1,5 +1,5 @@
 // The help sheet.
-import { el } from "./dom";
+import { el, sheet } from "./dom";
 
 type Entries = [string, string][];
 
@@ -9,7 +9,10 @@ const MOUSE: Entries = [
   ["Wheel", "zoom to the mouse"],
   ["Click", "select an object or an arm"],
   ["Double click", "look closer"],
-  ["Shift + drag", "pull an object by a spring, across the table where the view is from above; it also reaches through arms"],
+  [
+    "Shift + drag",
+    "pull an object by a spring, across the table where the view is from above; it also reaches through arms",
+  ],
   ["… and Ctrl", "straight up and down"],
   ["… and wheel", "raise, lower"],
   ["Drag an arrow", "lead the arm (task paused, or reach)"],
@@ -58,26 +61,26 @@ const COMMANDS: Entries = [
   ["robocell top", "all of this in the terminal"],
 ];
 
+const NOTE =
+  "Every button says on hover which command does the same. The address keeps the view, overlays, tab, plots and the " +
+  "moment of the past: copy it into a bug report. #view=top (front, side, cell) and #t=12.3 may be typed.";
+
 /** The function that opens the sheet. */
 export function helpSheet(): () => void {
   const list = (entries: Entries, tag: "kbd" | "code") =>
     el("dl", {}, ...entries.flatMap(([what, about]) => [el("dt", {}, el(tag, {}, what)), el("dd", {}, about)]));
-  const close = el("button", { type: "button", class: "button" }, "Close");
-  const dialog = el(
-    "dialog",
+  const touch = [el("h3", {}, "Touch, in the 3D view"), list(TOUCH, "kbd")];
+  const dialog = sheet(
     { class: "help", "aria-label": "Help" },
-    el("header", {}, el("h2", {}, "Help"), close),
-    el("div", { class: "help-columns" },
-      el("section", {}, el("h3", {}, "Mouse, in the 3D view"), list(MOUSE, "kbd"), el("h3", {}, "Touch, in the 3D view"), list(TOUCH, "kbd")),
+    [el("h2", {}, "Help")],
+    el(
+      "div",
+      { class: "help-columns" },
+      el("section", {}, el("h3", {}, "Mouse, in the 3D view"), list(MOUSE, "kbd"), ...touch),
       el("section", {}, el("h3", {}, "Keyboard"), list(KEYS, "kbd")),
       el("section", { class: "wide" }, el("h3", {}, "On the command line"), list(COMMANDS, "code")),
     ),
-    el("p", { class: "dim" }, "Every button says on hover which command does the same. The address keeps the view, overlays, tab, plots and the moment of the past: copy it into a bug report. #view=top (front, side, cell) and #t=12.3 may be typed."),
+    el("p", { class: "dim" }, NOTE),
   );
-  close.addEventListener("click", () => dialog.close());
-  dialog.addEventListener("click", (event) => {
-    if (event.target === dialog) dialog.close();
-  });
-  document.body.append(dialog);
   return () => (dialog.open ? dialog.close() : dialog.showModal());
 }

@@ -4,8 +4,8 @@ import type { Hand } from "../hand/hand";
 import type { Jog } from "../hand/jog";
 import type { Store } from "../net/store";
 import { actions } from "./actions";
-import { demoTab } from "./demo-tab";
 import { PanelContext } from "./context";
+import { demoTab } from "./demo-tab";
 import { mountGuide } from "./guide/index";
 import { helpSheet } from "./help";
 import { mountKeys } from "./keys";
@@ -17,8 +17,8 @@ import { robotTab } from "./robot/index";
 import { mountSplitters } from "./splitters";
 import { mountStatus } from "./status/index";
 import { tabs } from "./tabs";
-import { mountTerms } from "./terms";
 import { taskTab } from "./task/index";
+import { mountTerms } from "./terms";
 import { mountTimeline } from "./timeline";
 import { mountToasts } from "./toasts";
 import { mountTop, stepsInput, stepsOf } from "./top/index";
@@ -55,7 +55,4 @@ export function mountPanels(store: Store, view: ViewApi | null, hand: Hand, jog:
   mountToasts(context);
   mountTerms();
   mountKeys(context, act, help);
-  if (import.meta.env.DEV && new URLSearchParams(location.search).has("fake")) {
-    void import("./dev").then(({ fakeFeed }) => fakeFeed(store));
-  }
 }

@@ -3,14 +3,23 @@
 import type { Store } from "../net/store";
 
 /** Of usual names and first words (degrees): phases that follow each other are far apart. Red and green are of failed and done. */
-const USUAL: Record<string, number> = {
-  standby: 215, idle: 215, home: 215, rest: 215, hold: 240, follow: 215, stay: 240, work: 35,
-  above: 210, approach: 210, picking: 265, pick: 265, pre_grasp: 265, descend: 265, down: 265, acquire: 320,
-  grasp: 45, attach: 35, lift: 285, flipping: 320, fetch: 265, bring: 35,
-  transport: 25, carry: 25, lower: 195, over: 195, put: 195, place: 195, placing: 195,
-  release: 325, open: 325, detach: 70, holding: 290, retract: 70, up: 70, leave: 70,
-  wait: 70, reach: 200, timed: 285, orient: 25, move: 240, swing: 320, turn: 320, open_gripper: 325, close: 45,
-};
+const BY_HUE: [number, string][] = [
+  [25, "transport carry orient"],
+  [35, "work attach bring"],
+  [45, "grasp close"],
+  [70, "detach retract up leave wait"],
+  [195, "lower over put place placing"],
+  [200, "reach"],
+  [210, "above approach"],
+  [215, "standby idle home rest follow"],
+  [240, "hold stay move"],
+  [265, "picking pick pre_grasp descend down fetch"],
+  [285, "lift timed"],
+  [290, "holding"],
+  [320, "acquire flipping swing turn"],
+  [325, "release open open_gripper"],
+];
+const USUAL = new Map(BY_HUE.flatMap(([hue, names]) => names.split(" ").map((name) => [name, hue] as const)));
 /** Of other names. */
 const HUES = [25, 50, 75, 180, 200, 220, 240, 260, 280, 300, 320];
 const FAILED = "hsl(0 55% 32%)";
@@ -21,7 +30,8 @@ let others = new Map<string, number>();
 /** Keeps apart the colours of the names in the graphs of a job. To be called before anything is drawn. */
 export function tellPhasesApart(store: Store): void {
   store.on("graphs", (graphs) => {
-    const names = [...new Set(graphs.flatMap(({ nodes }) => nodes.map(({ name }) => keyOf(name))))].filter((name) => usual(name) === undefined);
+    const all = new Set(graphs.flatMap(({ nodes }) => nodes.map(({ name }) => keyOf(name))));
+    const names = [...all].filter((name) => usual(name) === undefined);
     others = new Map();
     // A job of more has no colour for each.
     if (names.length > HUES.length) return;
@@ -36,11 +46,12 @@ export function tellPhasesApart(store: Store): void {
 
 /** `pre_grasp` of `PRE_GRASP`, `reach_to_pick` of `ReachToPick`, `pick_red` of `pick[red]`. */
 function keyOf(name: string): string {
-  return name.replace(/([a-z])([A-Z])/g, "$1_$2").toLowerCase().replace(/[^a-z0-9]+/g, "_");
+  const spaced = name.replace(/([a-z])([A-Z])/g, "$1_$2");
+  return spaced.toLowerCase().replace(/[^a-z0-9]+/g, "_");
 }
 
 function usual(key: string): number | undefined {
-  return USUAL[key] ?? USUAL[key.split("_")[0] ?? ""];
+  return USUAL.get(key) ?? USUAL.get(key.split("_")[0] ?? "");
 }
 
 /** A place in `HUES` that depends on the name alone. */

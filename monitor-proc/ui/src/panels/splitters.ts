@@ -35,7 +35,8 @@ function splitter({ name, least, most }: Side, host: HTMLElement): void {
     setAttr(bar, "aria-expanded", String(!folded));
   };
   const about = `Width of the ${name} side; double click or Enter folds it`;
-  const bar = el("div", { class: `splitter ${name}`, role: "separator", tabindex: 0, "aria-orientation": "vertical", "aria-label": about, title: about });
+  const attrs = { class: `splitter ${name}`, role: "separator", tabindex: 0, "aria-orientation": "vertical" };
+  const bar = el("div", { ...attrs, "aria-label": about, title: about });
   bar.addEventListener("pointerdown", (event) => bar.setPointerCapture(event.pointerId));
   bar.addEventListener("pointermove", (event) => {
     if (!bar.hasPointerCapture(event.pointerId) || event.movementX === 0) return;

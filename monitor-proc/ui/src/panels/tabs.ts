@@ -1,5 +1,5 @@
 // Tabs of the right side; the URL's hash keeps which one is open.
-import { el, setAttr } from "./dom";
+import { el, plainButton, setAttr } from "./dom";
 import { getHash, setHash } from "./hash";
 
 export interface Tab {
@@ -44,10 +44,9 @@ export function tabs(first: Tab[]): Tabs {
   };
   const put = (tab: Tab) => {
     remove(tab.key);
-    const button = el("button", { type: "button", role: "tab", id: `tab-${tab.key}` }, tab.name);
+    const button = plainButton({ class: false, role: "tab", id: `tab-${tab.key}` }, () => choose(tab.key), tab.name);
     const attrs = { role: "tabpanel", class: "tab-panel", "aria-labelledby": button.id };
     const panel = el("div", attrs, tab.body);
-    button.addEventListener("click", () => choose(tab.key));
     bar.append(button);
     body.append(panel);
     all.set(tab.key, { button, panel });
@@ -73,9 +72,8 @@ export function panes(entries: [string, HTMLElement][]): HTMLElement {
   const bar = el("div", { class: "pane-bar segments", role: "group", "aria-label": "Panes" });
   const root = el("div", { class: "panes" }, bar);
   const buttons = entries.map(([name, body], index) => {
-    const button = el("button", { type: "button", class: "button small" }, name);
+    const button = plainButton({ class: "button small" }, () => open(index), name);
     const pane = el("section", { class: "pane", "aria-label": name }, el("h3", {}, name), body);
-    button.addEventListener("click", () => open(index));
     bar.append(button);
     root.append(pane);
     return { button, pane };

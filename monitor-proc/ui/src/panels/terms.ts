@@ -20,7 +20,8 @@ const TERMS: Record<string, string> = {
   limits: "Limits of a joint (position, velocity, acceleration) that were exceeded, as physics measured.",
   contacts: "Times an arm touched an obstacle or another arm.",
   "self-contacts": "Times parts of one arm touched each other.",
-  decision: "What the task asked for last: goals of the arms and grippers. A controller holds the arm when the newest one is too old.",
+  decision:
+    "What the task asked for last: goals of the arms and grippers. A controller holds the arm when the newest one is too old.",
   policy: "The program that decides: a state machine, a tree, a table or code.",
   guard: "A condition that has to hold before a transition is taken.",
   trigger: "The event that lets a state machine take a transition.",
@@ -60,7 +61,8 @@ export function mountTerms(): void {
     const below = at.bottom + 4;
     note.style.top = `${below + note.offsetHeight > innerHeight ? at.top - note.offsetHeight - 4 : below}px`;
   };
-  for (const kind of ["pointerover", "focusin", "pointerdown"] as const) document.addEventListener(kind, ({ target }) => show(target));
+  for (const kind of ["pointerover", "focusin", "pointerdown"] as const)
+    document.addEventListener(kind, ({ target }) => show(target));
   document.addEventListener("focusout", () => show(null));
   document.addEventListener("keydown", ({ key }) => {
     if (key === "Escape") show(null);

@@ -1,10 +1,16 @@
-// Labels of a plot's axis.
+// The axes of plots and their labels.
 import type uPlot from "uplot";
+
+const GRID = { stroke: "#232c36", width: 1 };
+/** The look of all axes. */
+export const AXIS = { stroke: "#93a1b1", grid: GRID, ticks: GRID, font: "10px system-ui" };
+/** A line through the samples. */
+export const LINE = { width: 1.5, points: { show: false } };
 
 const MOST_DIGITS = 9;
 
 /** Decimals that tell multiples of `step` apart. */
-export function digitsOf(step: number): number {
+function digitsOf(step: number): number {
   for (let digits = 0; digits < MOST_DIGITS; digits++) {
     const scaled = step * 10 ** digits;
     if (scaled >= 1 - 1e-6 && Math.abs(scaled - Math.round(scaled)) < 1e-6 * scaled) return digits;

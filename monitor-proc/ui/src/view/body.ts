@@ -1,9 +1,9 @@
 // Meshes of the cell's objects and fixtures.
-import { Color, Group, Mesh, MeshBasicMaterial, type BufferGeometry, BackSide } from "three";
+import { BackSide, type BufferGeometry, Color, Group, Mesh, MeshBasicMaterial } from "three";
 import type { Pose, Shape, Vec3 } from "../net/protocol";
 import { hasTwin, ofDetail } from "./detail";
 import { type Look, material } from "./materials";
-import { RIB_M, bin, box, capsule, coarsely, cylinder, sphere } from "./shapes";
+import { bin, box, capsule, coarsely, cylinder, RIB_M, sphere } from "./shapes";
 
 const EDGE_M = 0.004;
 const OUTLINE_M = 0.0035;
@@ -121,9 +121,6 @@ export function halfHeight(shape: Shape): number {
     case "capsule":
       return shape.length_m / 2 + shape.radius_m;
     case "compound":
-      return Math.max(
-        ...shape.parts.map(({ shape: inner, pose }) => Math.abs(pose[2]) + halfHeight(inner)),
-        0,
-      );
+      return Math.max(...shape.parts.map(({ shape: inner, pose }) => Math.abs(pose[2]) + halfHeight(inner)), 0);
   }
 }

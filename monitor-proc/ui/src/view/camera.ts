@@ -249,15 +249,20 @@ export class Camera {
     if (getHash("cam") === null && !this.following) this.restore();
   }
 
-  /** Moves back along `direction` until the whole cell is in the picture. */
-  private fit(direction: Vector3): void {
+  /** The points to be framed from `direction`, the axes of the picture, and the middle of their box. */
+  private sight(direction: Vector3) {
     const points = this.framed;
     const back = direction.clone().normalize();
     const right = new Vector3(0, 0, 1).cross(back).normalize();
-    const up = back.clone().cross(right);
+    const target = new Box3().setFromPoints(points).getCenter(new Vector3());
+    return { points, back, right, up: back.clone().cross(right), target };
+  }
+
+  /** Moves back along `direction` until the whole cell is in the picture. */
+  private fit(direction: Vector3): void {
+    const { points, back, right, up, target } = this.sight(direction);
     const tan = halfHeight(1);
     const [across, upright] = this.clear;
-    const target = new Box3().setFromPoints(points).getCenter(new Vector3());
     let away = 1;
     for (let round = 0; round < FIT_ROUNDS; round++) {
       const corners = points.map((point) => point.clone().sub(target));
@@ -281,11 +286,7 @@ export class Camera {
 
   /** The whole cell without perspective, so that alignment of objects can be read off. */
   private fitOrtho(direction: Vector3): void {
-    const points = this.framed;
-    const back = direction.clone().normalize();
-    const right = new Vector3(0, 0, 1).cross(back).normalize();
-    const up = back.clone().cross(right);
-    const target = new Box3().setFromPoints(points).getCenter(new Vector3());
+    const { points, back, right, up, target } = this.sight(direction);
     const extent = (axis: Vector3) => {
       const all = points.map((point) => point.clone().sub(target).dot(axis));
       return [Math.min(...all), Math.max(...all)] as const;

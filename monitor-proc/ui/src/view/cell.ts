@@ -128,11 +128,12 @@ export class Cell {
       points.push(...cornersOf(new Box3().setFromObject(root)));
       points.push(root.position.clone().setZ(root.position.z + HEADROOM_M));
       const reach = robot.reach();
-      const sides = [[1, 0], [-1, 0], [0, 1], [0, -1]].map(([x, y]) => new Vector3(x, y, 0));
+      const sides = [1, -1].flatMap((sign) => [new Vector3(sign, 0, 0), new Vector3(0, sign, 0)]);
+      const towards = work?.clone().sub(root.position).setZ(0).normalize();
       // Behind its back an arm that has work in front of it does nothing.
-      const isUsed = (side: Vector3) => work === null || side.dot(work.clone().sub(root.position).setZ(0).normalize()) > BACK;
+      const isUsed = (side: Vector3) => towards === undefined || side.dot(towards) > BACK;
       for (const side of sides.filter(isUsed)) points.push(root.position.clone().addScaledVector(side, reach));
-      if (this.scene.task["kind"] === "reach") points.push(...led(robot, reach));
+      if (this.scene.task.kind === "reach") points.push(...led(robot, reach));
     }
     for (const { group } of this.bodies) {
       if (group.visible) points.push(...cornersOf(boundsOf(group)));
@@ -147,11 +148,12 @@ export class Cell {
 
   /** Points that a narrow picture has to hold: the work and what does it, without the rest of the table; none where a person leads the arm anywhere (m). */
   workPoints(): Vector3[] {
-    if (this.work() === null || tableCorners(this.scene).length === 0 || this.scene.task["kind"] === "reach") return [];
+    if (this.work() === null || tableCorners(this.scene).length === 0 || this.scene.task.kind === "reach") return [];
     const shown = this.bodies.filter(({ group }) => group.visible);
     const bodies = shown.flatMap(({ group }) => cornersOf(boundsOf(group).expandByScalar(AROUND_WORK_M)));
     const places = goals(this.scene).flatMap((at) => cornersOf(new Box3(at, at.clone()).expandByScalar(AROUND_WORK_M)));
-    const arms = this.robots.flatMap((robot) => [...cornersOf(new Box3().setFromObject(robot.root)), robot.toolPose().position]);
+    const boxes = this.robots.flatMap(({ root }) => cornersOf(new Box3().setFromObject(root)));
+    const arms = [...boxes, ...this.robots.map((robot) => robot.toolPose().position)];
     return [...places, ...fixtureCorners(this.scene), ...bodies, ...arms];
   }
 
@@ -188,9 +190,7 @@ function boundsOf(object: Object3D): Box3 {
 }
 
 function cornersOf({ min, max }: Box3): Vector3[] {
-  return [min.x, max.x].flatMap((x) =>
-    [min.y, max.y].flatMap((y) => [min.z, max.z].map((z) => new Vector3(x, y, z))),
-  );
+  return [min.x, max.x].flatMap((x) => [min.y, max.y].flatMap((y) => [min.z, max.z].map((z) => new Vector3(x, y, z))));
 }
 
 /** Places on the table that the task's description names, of any kind. */

@@ -1,5 +1,5 @@
 // Equal bodies in one draw call: a hundred parts cost as much time of scripts as all else in the picture.
-import { DynamicDrawUsage, Group, InstancedMesh, Mesh } from "three";
+import { DynamicDrawUsage, type Group, InstancedMesh, Mesh } from "three";
 import { POINTED_LAYER } from "./touch/layers";
 
 /** Fewer equal bodies are drawn one by one. */

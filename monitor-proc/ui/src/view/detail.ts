@@ -33,13 +33,13 @@ export function ofDetail(geometry: BufferGeometry): BufferGeometry {
 
 /** Shows `fine`, or the `plain` ones in its place: whichever is in use now. */
 export function eitherOr(fine: Object3D, plain: Object3D[]): void {
-  fine.userData["coarse"] = false;
-  for (const object of plain) object.userData["coarse"] = true;
+  fine.userData.coarse = false;
+  for (const object of plain) object.userData.coarse = true;
   for (const object of [fine, ...plain]) choose(object);
 }
 
 function choose(object: Object3D): void {
-  const wanted: unknown = object.userData["coarse"];
+  const wanted: unknown = object.userData.coarse;
   if (typeof wanted === "boolean") object.visible = wanted === coarse;
 }
 

@@ -32,8 +32,7 @@ function isFloor({ name, shape }: Fixture): boolean {
 
 function corners({ shape, pose }: Fixture, faces: number[]): Vector3[] {
   if (shape.kind === "compound" || shape.kind === "sphere") return [];
-  const [x, y, z] =
-    "size_m" in shape ? shape.size_m : [2 * shape.radius_m, 2 * shape.radius_m, 2 * halfHeight(shape)];
+  const [x, y, z] = "size_m" in shape ? shape.size_m : [2 * shape.radius_m, 2 * shape.radius_m, 2 * halfHeight(shape)];
   const turn = new Quaternion(pose[4], pose[5], pose[6], pose[3]);
   return [-1, 1].flatMap((side) =>
     [-1, 1].flatMap((end) =>

@@ -15,8 +15,8 @@ import { useCoarse } from "./detail";
 import { Frames } from "./frames";
 import { Labels } from "./labels";
 import { useCheap } from "./materials";
-import { Overlays } from "./overlays/index";
 import { looksOther, unseen } from "./motion";
+import { Overlays } from "./overlays/index";
 import { atRest, LEVELS, type Level, Quality, SOFTWARE_LEVEL } from "./quality";
 import { Rest } from "./rest";
 import { Screen } from "./screen";
@@ -61,7 +61,10 @@ export class View implements ViewApi {
   private used: Level | null = null;
   /** Whether the newest snapshot moved the picture. */
   private moves = true;
-  private readonly rest = new Rest(() => this.mayMove(), () => this.sharpen());
+  private readonly rest = new Rest(
+    () => this.mayMove(),
+    () => this.sharpen(),
+  );
 
   constructor(
     private readonly store: Store,
@@ -189,10 +192,7 @@ export class View implements ViewApi {
     this.eye.lens.updateMatrixWorld();
     at.project(this.eye.lens);
     const frame = this.element.getBoundingClientRect();
-    return [
-      frame.left + (0.5 + at.x / 2) * frame.width,
-      frame.top + (0.5 - at.y / 2) * frame.height,
-    ];
+    return [frame.left + (0.5 + at.x / 2) * frame.width, frame.top + (0.5 - at.y / 2) * frame.height];
   }
 
   private placeOf(name: string): Vector3 | null {
@@ -309,7 +309,8 @@ export class View implements ViewApi {
     if (this.cell === null || this.framed) return;
     // The first states can be older than the first one of the objects: these have no orientation yet.
     const { objects } = this.cell.scene;
-    const isTold = (pose: number[], index: number) => objects[index]?.parked === true || pose.slice(3).some((part) => part !== 0);
+    const isTold = (pose: number[], index: number) =>
+      objects[index]?.parked === true || pose.slice(3).some((part) => part !== 0);
     this.framed = this.shown?.objects.every(({ pose }, index) => isTold(pose, index)) ?? false;
     const points = this.cell.outlinePoints();
     const extent = new Box3().setFromPoints(points);

@@ -66,8 +66,8 @@ function put(left: number, top: number, { width, height }: Size): Area {
   return { left, top, right: left + width, bottom: top + height };
 }
 
-function isInside(area: Area, width: number, height: number): boolean {
-  return area.left >= MARGIN_PX && area.top >= MARGIN_PX && area.right <= width - MARGIN_PX && area.bottom <= height - MARGIN_PX;
+function isInside({ left, top, right, bottom }: Area, width: number, height: number): boolean {
+  return Math.min(left, top, width - right, height - bottom) >= MARGIN_PX;
 }
 
 /** From a point to a part of the picture; 0 within it (pixels). */
@@ -91,8 +91,10 @@ function around(area: Area, left: number, top: number, size: Size): Area[] {
 }
 
 /** Left and top of a text that covers nothing of its subject, and as little as possible of the links and objects near it. */
-function beside(at: Pixel, about: About, size: Size, seen: (point: Vector3) => Pixel, width: number, height: number): [number, number] {
-  const [shape, near] = [[...about.shape.map(seen), at], about.near.map(seen)];
+function beside(at: Pixel, label: Label, size: Size, camera: Camera, picture: Size): [number, number] {
+  const { width, height } = picture;
+  const seen = (point: Vector3) => pixels(point, camera, width, height);
+  const [shape, near] = [[...label.about.shape.map(seen), at], label.about.near.map(seen)];
   const [xs, ys] = [shape.map(({ x }) => x), shape.map(({ y }) => y)];
   const reach = BESIDE_PX - GAP_PX;
   const area = {
@@ -143,7 +145,9 @@ export class Labels {
   show(key: string, text: string, at: Vector3, kind = "", about = NOTHING): HTMLElement {
     let label = this.labels.get(key);
     if (label === undefined) {
-      label = { element: document.createElement("div"), at: new Vector3(), used: true, size: null, beside: false, about: NOTHING, kept: false, lift: LIFT_PX };
+      const element = document.createElement("div");
+      const usual = { size: null, beside: false, about: NOTHING, kept: false, lift: LIFT_PX };
+      label = { element, at: new Vector3(), used: true, ...usual };
       this.layer.append(label.element);
       this.labels.set(key, label);
     }
@@ -203,7 +207,7 @@ export class Labels {
         Math.max(MARGIN_PX, Math.min(wanted, room - MARGIN_PX - length));
       const [x, y] = [(0.5 + at.x / 2) * width, (0.5 - at.y / 2) * height];
       const [left, top] = label.beside
-        ? beside({ x, y }, label.about, label.size, (point) => pixels(point, camera, width, height), width, height)
+        ? beside({ x, y }, label, label.size, camera, { width, height })
         : [x - wide / 2, y - label.lift - tall];
       const wanted = put(within(left, wide, width), within(top, tall, height), label.size);
       const area = free(wanted, { x, y }, taken, width, height);

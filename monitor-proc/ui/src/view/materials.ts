@@ -1,13 +1,6 @@
 // Every lit surface takes its material from here, so that the quality ladder
 // can swap the physically based kind for the cheap one.
-import {
-  Color,
-  type ColorRepresentation,
-  type Material,
-  Mesh,
-  MeshStandardMaterial,
-  type Object3D,
-} from "three";
+import { Color, type ColorRepresentation, type Material, Mesh, MeshStandardMaterial, type Object3D } from "three";
 import { plainMaterial } from "./plain";
 
 export interface Look {

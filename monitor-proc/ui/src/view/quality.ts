@@ -25,7 +25,8 @@ export interface Level {
 
 const FINE_SHADOWS: Shadows = { map: 2048, everyMs: 0 };
 const FEW_SHADOWS: Shadows = { map: 1024, everyMs: 100 };
-const FULL: Level = { name: "full", multisample: true, shadows: FINE_SHADOWS, fine: true, coarse: false, pixels: 1, densest: 2 };
+const FINE = { multisample: true, shadows: FINE_SHADOWS, fine: true, coarse: false };
+const FULL: Level = { name: "full", ...FINE, pixels: 1, densest: 2 };
 const PLAIN: Level = { ...FULL, multisample: false, shadows: FEW_SHADOWS, fine: false };
 const BARE: Level = { ...PLAIN, shadows: null, coarse: true };
 

@@ -1,12 +1,12 @@
 // The renderer and its canvas: size, quality, and drawing when there is need.
 import {
+  type Camera,
   HalfFloatType,
   NeutralToneMapping,
   PCFShadowMap,
-  type Camera,
   type Scene,
-  WebGLRenderTarget,
   WebGLRenderer,
+  WebGLRenderTarget,
 } from "three";
 import { OutputPass } from "three/addons/postprocessing/OutputPass.js";
 import type { Level } from "./quality";

@@ -84,10 +84,7 @@ export function taper(a: Vec3, b: Vec3, ra: number, rb: number): BufferGeometry 
   const from = new Vector3(...a);
   const along = new Vector3(...b).sub(from);
   const length = along.length();
-  const geometry = turned([
-    ...arc(0, 0, ra, -QUARTER, 0, facets.cap),
-    ...arc(0, length, rb, 0, QUARTER, facets.cap),
-  ]);
+  const geometry = turned([...arc(0, 0, ra, -QUARTER, 0, facets.cap), ...arc(0, length, rb, 0, QUARTER, facets.cap)]);
   const turn = new Quaternion().setFromUnitVectors(new Vector3(0, 0, 1), along.normalize());
   geometry.applyQuaternion(turn);
   geometry.translate(...a);

@@ -12,7 +12,7 @@ const MAIN: usize = 102_900;
 const OPTIONAL: usize = 15_000;
 const PACKAGE: usize = 13_500;
 /// TypeScript without comments, and CSS with them.
-const PAGE: usize = 19_540;
+const PAGE: usize = 19_690;
 
 fn is_optional(package: &str) -> bool {
     let folders = ["crates/gateways/", "crates/formats/"];

@@ -3,6 +3,7 @@
 mod budgets;
 mod circles;
 mod comments;
+mod dependencies;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

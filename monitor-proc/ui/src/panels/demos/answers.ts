@@ -1,4 +1,5 @@
 // What became of a bin or parts that were asked for: a toast, and a line of the events.
+import type { Command } from "../../net/protocol";
 import type { PanelContext } from "../context";
 import { binsOf } from "./bin-state";
 
@@ -6,7 +7,10 @@ import { binsOf } from "./bin-state";
 const PATIENCE_MS = 4000;
 
 export async function addBin(context: PanelContext, flipped: boolean): Promise<void> {
-  const names = () => new Set(binsOf(context.store).filter(({ place }) => place !== "to come" && place !== "not used").map(({ name }) => name));
+  const names = () => {
+    const here = binsOf(context.store).filter(({ place }) => place !== "to come" && place !== "not used");
+    return new Set(here.map(({ name }) => name));
+  };
   const before = names();
   if (!(await ask(context, { do: "add_bin", flipped }, "No bin was added"))) return;
   const added = await wait(context, () => [...names()].find((name) => !before.has(name)) ?? null);
@@ -28,7 +32,7 @@ export async function dropParts(context: PanelContext): Promise<void> {
 }
 
 /** Sends a command; a refusal is told with its reason. */
-async function ask(context: PanelContext, command: Parameters<PanelContext["store"]["send"]>[0], refused: string): Promise<boolean> {
+async function ask(context: PanelContext, command: Command, refused: string): Promise<boolean> {
   const { ok, message } = await context.store.send(command);
   if (!ok) tell(context, `${refused}: ${message}`, true);
   return ok;

@@ -20,7 +20,8 @@ export function opensUp([, , , , x, y]: Pose): boolean {
 
 /** Names of the bins that the job is about, in the order of the scene. */
 export function jobBins(scene: Scene): string[] {
-  return scene.objects.filter(({ shape }) => shape.kind === "bin").map(({ name }) => name).slice(0, scene.bins);
+  const bins = scene.objects.filter(({ shape }) => shape.kind === "bin");
+  return bins.slice(0, scene.bins).map(({ name }) => name);
 }
 
 /** The bins that the job is about, in the order of the scene. */
@@ -33,8 +34,11 @@ export function binsOf(store: Store): Bin[] {
     if (shape.kind !== "bin") return;
     const state = snapshot?.objects[index];
     const isHere = state !== undefined && (state.flags & OBJECT.enabled) !== 0;
-    const place = !isHere ? (isTaskOver ? "not used" : "to come") : held.has(index) ? "in flight" : placed.has(name) ? "placed" : "in the cell";
-    all.push({ name, size: shape.size_m, place, isFlipped: isHere && !opensUp(state.pose), pose: isHere ? state.pose : null });
+    const away = isTaskOver ? "not used" : "to come";
+    const here = held.has(index) ? "in flight" : placed.has(name) ? "placed" : "in the cell";
+    const pose = isHere ? state.pose : null;
+    const isFlipped = pose !== null && !opensUp(pose);
+    all.push({ name, size: shape.size_m, place: isHere ? here : away, isFlipped, pose });
   });
   return all.slice(0, scene?.bins);
 }
@@ -47,5 +51,6 @@ export function binWords({ name, place, isFlipped }: Bin): string {
 /** What `bins` are in flight. */
 export function flightWords(bins: Bin[]): string {
   const found = bins.filter(({ place }) => place === "in flight");
-  return found.length === 0 ? "No bin is in flight." : `In flight: ${found.map(({ name, isFlipped }) => name + (isFlipped ? " (upside down)" : "")).join(", ")}.`;
+  const named = found.map(({ name, isFlipped }) => name + (isFlipped ? " (upside down)" : ""));
+  return named.length === 0 ? "No bin is in flight." : `In flight: ${named.join(", ")}.`;
 }

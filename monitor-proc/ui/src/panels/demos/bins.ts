@@ -1,14 +1,14 @@
 // Bins off a conveyor: the belt, a button for another bin, and where each bin is.
-import type { PanelContext } from "../context";
 import { button } from "../button";
-import { el, setAttr, setText } from "../dom";
+import type { PanelContext } from "../context";
+import { el, setAttr, setText, spacer } from "../dom";
 import { addBin } from "./answers";
 import { type BinPlace, binsOf, flightWords } from "./bin-state";
 import { jobDrawing } from "./drawing/index";
 import { suctionGauge } from "./suction";
 
-/** By place of a bin, as the style sheet knows it. */
-const STATES: Record<BinPlace, string> = { "to come": "waits", "not used": "waits", "in the cell": "waits", "in flight": "carried", placed: "placed" };
+/** Places of a bin that the style sheet knows, by its name for them. */
+const STATES: Partial<Record<BinPlace, string>> = { "in flight": "carried", placed: "placed" };
 
 export function mountBins(context: PanelContext, element: HTMLElement): () => void {
   const { store } = context;
@@ -30,7 +30,7 @@ export function mountBins(context: PanelContext, element: HTMLElement): () => vo
     });
   const drawing = jobDrawing(store);
   element.append(
-    el("p", { class: "row" }, count, ` of ${cells.length} bins are placed`, el("span", { class: "spacer" }), "Belt", belt),
+    el("p", { class: "row" }, count, ` of ${cells.length} bins are placed`, spacer(), "Belt", belt),
     el("div", { class: "row" }, add(false), add(true)),
     refusal,
     ...(drawing === null ? [] : [el("h3", {}, drawing.title), drawing.root, flight]),
@@ -46,19 +46,19 @@ export function mountBins(context: PanelContext, element: HTMLElement): () => vo
     const runs = (found?.conveyor_speed_m_s ?? 0) > 0;
     setText(belt, runs ? `${(found?.conveyor_speed_m_s ?? 0).toFixed(2)} m/s` : "stopped");
     setAttr(belt, "data-tone", runs ? "ok" : null);
-    setText(refusal, found && found.supply_refusals > 0 ? `A bin was refused ${found.supply_refusals} times: ${found.supply_refusal}.` : "");
+    const refused = found?.supply_refusals ?? 0;
+    setText(refusal, refused > 0 ? `A bin was refused ${refused} times: ${found?.supply_refusal}.` : "");
     for (const [index, { state, node }] of cells.entries()) {
       const bin = bins[index];
       if (bin === undefined) continue;
       const side = bin.pose === null ? "" : bin.isFlipped ? ", upside down" : ", opens up";
       setText(state, bin.place + side);
-      setAttr(node, "data-state", STATES[bin.place]);
+      setAttr(node, "data-state", STATES[bin.place] ?? "waits");
     }
     setText(flight, flightWords(bins));
   };
   show();
   // A bin in flight moves more often than status is told.
   if (drawing !== null) context.pulse.add(drawing.root, () => drawing.show(binsOf(store)));
-  const off = [store.on("status", show)];
-  return () => off.forEach((one) => one());
+  return store.on("status", show);
 }

@@ -1,6 +1,6 @@
 // Fill a bin: drop parts, and see how much the cup still bears.
-import type { PanelContext } from "../context";
 import { button } from "../button";
+import type { PanelContext } from "../context";
 import { el, setText } from "../dom";
 import { dropParts } from "./answers";
 import { loadChart } from "./load/chart";
@@ -30,9 +30,13 @@ export function mountFillBin(context: PanelContext, element: HTMLElement): () =>
     setText(parts, String(found?.parts_dropped ?? 0));
     const [waiting, cleared] = [found?.parts_waiting ?? 0, found?.cleared ?? 0];
     const isEnd = store.isTaskOver;
-    setText(inBin, `${waiting > 0 ? `, ${waiting} ${isEnd ? "not used" : "to come"}` : ""}${cleared > 0 ? `, ${cleared} out of the cell` : ""}`);
+    const rest = waiting > 0 ? `, ${waiting} ${isEnd ? "not used" : "to come"}` : "";
+    setText(inBin, rest + (cleared > 0 ? `, ${cleared} out of the cell` : ""));
   };
   show();
-  const off = [store.on("status", show), load.stop];
-  return () => off.forEach((one) => one());
+  const off = store.on("status", show);
+  return () => {
+    off();
+    load.stop();
+  };
 }

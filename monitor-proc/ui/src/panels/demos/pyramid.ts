@@ -15,7 +15,7 @@ function keyed(store: Store, name: string): string | undefined {
 
 /** The members of a set as it is written: `{0, 1}`, by place in the cell file. */
 function members(set: string): string[] {
-  return set.replace(/[{}[\]()"']/g, " ").split(/[\s,]+/).filter((one) => one !== "" && one !== "unset");
+  return (set.match(/[^\s,{}[\]()"']+/g) ?? []).filter((one) => one !== "unset");
 }
 
 export function mountPyramid(context: PanelContext, element: HTMLElement): () => void {
@@ -26,13 +26,14 @@ export function mountPyramid(context: PanelContext, element: HTMLElement): () =>
   const sides = arms.map((name) => {
     const placed = el("div", { class: "placed-set" });
     const state = el("span", { class: "dim" });
-    return { name, placed, state, node: el("div", { class: "side" }, el("div", { class: "row" }, el("b", {}, name), state), placed) };
+    const head = el("div", { class: "row" }, el("b", {}, name), state);
+    return { name, placed, state, node: el("div", { class: "side" }, head, placed) };
   });
-  const cubes = (scene?.objects ?? []).map((object) => {
+  const cubes = (scene?.objects ?? []).map(({ name, colour }) => {
     const swatch = el("i", { class: "cube" });
-    swatch.style.background = css(object.colour);
+    swatch.style.background = css(colour);
     const state = el("span", { class: "dim" });
-    return { name: object.name, state, node: el("div", { class: "cube-row" }, swatch, el("span", {}, object.name), state) };
+    return { name, state, node: el("div", { class: "cube-row" }, swatch, el("span", {}, name), state) };
   });
   const trees = el("div", { class: "side-by-side" });
   element.append(
@@ -64,19 +65,21 @@ export function mountPyramid(context: PanelContext, element: HTMLElement): () =>
   };
   let views: { show: () => void }[] = [];
   const drawTrees = () => {
-    const drawn = store.graphs.map((graph, at) => new Outline({ context, at, graph, name: "beside", onNode: () => {} }));
+    const onNode = () => {};
+    const drawn = store.graphs.map((graph, at) => new Outline({ context, at, graph, name: "beside", onNode }));
     views = drawn;
     trees.replaceChildren(...drawn.map(({ root }) => el("div", { class: "graph-body" }, root)));
     for (const view of drawn) view.show();
   };
   drawTrees();
   show();
-  const off = [
-    store.on("graphs", drawTrees),
-    store.on("graph", (index) => {
-      views[index]?.show();
-      show();
-    }),
-  ];
-  return () => off.forEach((one) => one());
+  const offGraphs = store.on("graphs", drawTrees);
+  const offGraph = store.on("graph", (index) => {
+    views[index]?.show();
+    show();
+  });
+  return () => {
+    offGraphs();
+    offGraph();
+  };
 }

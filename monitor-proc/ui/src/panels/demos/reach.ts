@@ -5,11 +5,12 @@ import { type ArmState, isUnreachable } from "../../net/snapshot";
 import { handRefusal } from "../actions";
 import { button } from "../button";
 import type { PanelContext } from "../context";
-import { el, setAttr, setText } from "../dom";
+import { el, setAttr, setText, spacer } from "../dom";
 import { millimetres } from "../format";
 
 /** Nearer than this the arm is there (m). */
 const THERE_M = 0.01;
+const HINT = "Or drag the arrows at the tool; E turns it, T moves it. The tab Robot takes any target in numbers.";
 /** Clearance of an arm without obstacles (m). */
 const NO_OBSTACLE_M = 999;
 
@@ -18,14 +19,15 @@ export function mountReach(context: PanelContext, element: HTMLElement): () => v
   const verdict = el("b", { class: "badge" });
   const clearance = el("b", { class: "num" });
   const targets = el("div", { class: "reach-targets" });
-  const fact = (name: string, value: HTMLElement) => el("p", { class: "row" }, el("span", { class: "dim" }, name), el("span", { class: "spacer" }), value);
+  const fact = (name: string, value: HTMLElement) =>
+    el("p", { class: "row" }, el("span", { class: "dim" }, name), spacer(), value);
   element.append(
     fact("Distance to the target", distance),
     fact("Target", verdict),
     fact("Clearance to obstacles", clearance),
     el("h3", {}, "Targets to try"),
     targets,
-    el("p", { class: "dim" }, "Or drag the arrows at the tool; E turns it, T moves it. The tab Robot takes any target in numbers."),
+    el("p", { class: "dim" }, HINT),
   );
   let arm: ArmSpec | null = null;
   const show = () => {
@@ -64,8 +66,8 @@ function examples(context: PanelContext, spec: ArmSpec): HTMLElement[] {
       twin: () => `robocell target ${position.join(" ")}${which}`,
       why: () => context.cellRefusal() ?? handRefusal(context),
       run: () => {
-        const tcp = context.snapshot?.arms[context.arm]?.tcp ?? [0, 0, 0, 1, 0, 0, 0];
-        return context.send({ do: "target", arm: context.arm, position, orientation_wxyz: [tcp[3], tcp[4], tcp[5], tcp[6]] });
+        const [, , , ...orientation_wxyz] = context.snapshot?.arms[context.arm]?.tcp ?? [0, 0, 0, 1, 0, 0, 0];
+        return context.send({ do: "target", arm: context.arm, position, orientation_wxyz });
       },
     });
     return el("div", { class: "row" }, node, el("code", { class: "dim" }, position.join(", "), " m"));

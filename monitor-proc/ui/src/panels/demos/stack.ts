@@ -1,6 +1,6 @@
 // The stack as it should become, and how far it is.
 import type { PanelContext } from "../context";
-import { el, setAttr, setText } from "../dom";
+import { el, setAttr, setText, spacer } from "../dom";
 import { css } from "../format";
 
 export function mountStack({ store }: PanelContext, element: HTMLElement): () => void {
@@ -11,7 +11,7 @@ export function mountStack({ store }: PanelContext, element: HTMLElement): () =>
     const swatch = el("i", { class: "cube" });
     if (object !== undefined) swatch.style.background = css(object.colour);
     const state = el("span", { class: "dim" });
-    const node = el("li", {}, swatch, el("b", {}, name), el("span", { class: "spacer" }), state);
+    const node = el("li", {}, swatch, el("b", {}, name), spacer(), state);
     return { name, layer, state, node };
   });
   const count = el("b", {});
@@ -34,8 +34,7 @@ export function mountStack({ store }: PanelContext, element: HTMLElement): () =>
     }
   };
   show();
-  const off = [store.on("status", show)];
-  return () => off.forEach((one) => one());
+  return store.on("status", show);
 }
 
 /** A list of names in a cell file's task, or nothing. */

@@ -1,7 +1,7 @@
 // The suction cup: what hangs at it, how near it is to letting go, and a button.
-import type { PanelContext } from "../context";
 import { gripperIsClosed, handRefusal } from "../actions";
 import { button } from "../button";
+import type { PanelContext } from "../context";
 import { el, setAttr, setText } from "../dom";
 
 const HIGH = 0.8;
@@ -35,13 +35,11 @@ export function suctionGauge(context: PanelContext): HTMLElement {
     setAttr(fill, "data-near", load > HIGH ? "very" : null);
     setText(text, arm.attached ? `${(100 * load).toFixed(0)} %` : "nothing attached");
     if (cup === undefined) return;
-    const limits = [gripper?.force_limit_n ?? 0, gripper?.torque_limit_n_m ?? 0];
-    setText(
-      feels,
-      `${cup.force_n.toFixed(1)} of ${limits[0]} N, ${cup.torque_n_m.toFixed(2)} of ${limits[1]} N m; peak ${cup.peak_force_n.toFixed(0)} N`,
-    );
-    const broke =
-      cup.breaks === 0 ? "" : `It let go ${times(cup.breaks)}, last at its limit of ${cup.break_limit} by ${cup.break_cause}. `;
+    const force = `${cup.force_n.toFixed(1)} of ${gripper?.force_limit_n ?? 0} N`;
+    const torque = `${cup.torque_n_m.toFixed(2)} of ${gripper?.torque_limit_n_m ?? 0} N m`;
+    setText(feels, `${force}, ${torque}; peak ${cup.peak_force_n.toFixed(0)} N`);
+    const how = `last at its limit of ${cup.break_limit} by ${cup.break_cause}`;
+    const broke = cup.breaks === 0 ? "" : `It let go ${times(cup.breaks)}, ${how}. `;
     const refused = cup.refusals === 0 ? "" : `It refused ${times(cup.refusals)}, last because ${cup.refusal}.`;
     setText(last, broke + refused);
   });
@@ -51,16 +49,12 @@ export function suctionGauge(context: PanelContext): HTMLElement {
 /** One button that opens and closes the gripper of arm 0. */
 function openClose(context: PanelContext): HTMLElement {
   const to = () => (gripperIsClosed(context) ? "open" : "close");
-  const node = button(context, {
+  return button(context, {
     label: "Close gripper",
+    name: () => (to() === "open" ? "Open gripper" : "Close gripper"),
     about: () => (to() === "open" ? "Release" : "Switch suction on"),
     twin: () => `robocell gripper ${to()}`,
     why: () => context.cellRefusal() ?? handRefusal(context),
     run: () => context.send({ do: "gripper", arm: 0, to: to() }),
   });
-  const name = node.querySelector("span");
-  context.pulse.add(node, () => {
-    if (name !== null) setText(name, to() === "open" ? "Open gripper" : "Close gripper");
-  });
-  return node;
 }

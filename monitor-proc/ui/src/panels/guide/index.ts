@@ -5,7 +5,7 @@ import type { Scene } from "../../net/protocol";
 import { isPicture } from "../../settled";
 import { recall, remember } from "../browser-memory";
 import type { PanelContext } from "../context";
-import { el } from "../dom";
+import { el, plainButton, setAttr } from "../dom";
 import { icon } from "../icons";
 import { copyable } from "./copy";
 import { guideOf, REPLAY } from "./texts";
@@ -15,7 +15,8 @@ const keyOf = (scene: Scene) => `robocell-guide-${scene.demo}`;
 
 export function mountGuide(context: PanelContext): void {
   if (isPicture()) return;
-  const opener = el("button", { type: "button", class: "button small guide-opener", title: "About this demo, and things to try" }, "Guide");
+  const attrs = { class: "button small guide-opener", title: "About this demo, and things to try" };
+  const opener = plainButton(attrs, () => choose(true), "Guide");
   const card = el("aside", { class: "guide-card scroll", "aria-label": "Guide", tabindex: -1 });
   const place = el("div", { id: "guide" }, opener, card);
   const show = (open: boolean) => {
@@ -34,13 +35,14 @@ export function mountGuide(context: PanelContext): void {
     if (open) card.focus({ preventScroll: true });
     else document.querySelector<HTMLElement>("#view canvas")?.focus({ preventScroll: true });
   };
-  opener.addEventListener("click", () => choose(true));
-  addEventListener("keydown", (event) => {
+  const press = (event: KeyboardEvent) => {
     if (event.key === "Escape" && !card.hidden && !isTaken(context, event)) choose(false);
-  }, { capture: true });
+  };
+  addEventListener("keydown", press, { capture: true });
   let shown: string | null = null;
   const take = (scene: Scene) => {
-    const text = JSON.stringify([scene.demo, scene.description, context.store.hello?.run.cell, context.store.hello?.live]);
+    const { hello } = context.store;
+    const text = JSON.stringify([scene.demo, scene.description, hello?.run.cell, hello?.live]);
     if (text === shown) return;
     shown = text;
     card.replaceChildren(...content(context, scene, () => choose(false)));
@@ -60,7 +62,8 @@ function coverView(context: PanelContext, place: HTMLElement, card: HTMLElement)
   const { left, top, width: room } = place.getBoundingClientRect();
   const isLine = width > room / 2;
   if (card.classList.contains("open") && isLine) return;
-  context.view?.cover({ left: isLine || card.hidden ? 0 : right - left, top: isLine && !card.hidden ? bottom - top : 0 });
+  const covers = (isThere: boolean, length: number) => (isThere && !card.hidden ? length : 0);
+  context.view?.cover({ left: covers(!isLine, right - left), top: covers(isLine, bottom - top) });
 }
 
 /** Whether Escape closes or lets go of something else first. */
@@ -73,10 +76,11 @@ function isTaken(context: PanelContext, event: KeyboardEvent): boolean {
 
 function content(context: PanelContext, scene: Scene, dismiss: () => void): Node[] {
   const { title, see, tries } = context.store.hello?.live === false ? REPLAY : guideOf(scene);
-  const close = el("button", { type: "button", class: "button icon-only quiet", "aria-label": "Close the guide", title: "Close (Esc)" }, icon("close"));
-  close.addEventListener("click", dismiss);
-  const more = el("button", { type: "button", class: "button small try", "aria-expanded": "false", title: "Show what to try" }, "Try");
-  more.addEventListener("click", () => more.setAttribute("aria-expanded", `${more.closest(".guide-card")?.classList.toggle("open") === true}`));
+  const named = { class: "button icon-only quiet", "aria-label": "Close the guide", title: "Close (Esc)" };
+  const close = plainButton(named, dismiss, icon("close"));
+  const toggle = () => setAttr(more, "aria-expanded", `${more.closest(".guide-card")?.classList.toggle("open")}`);
+  const attrs = { class: "button small try", "aria-expanded": "false", title: "Show what to try" };
+  const more = plainButton(attrs, toggle, "Try");
   const items = tries.map(({ what, command }) => el("li", {}, what, copyable(context, command)));
   return [
     el("header", {}, el("h2", {}, title), el("span", { class: "line dim", title: see }, see), more, close),

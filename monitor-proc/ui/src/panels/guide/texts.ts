@@ -24,16 +24,28 @@ const GUIDES: Record<string, Guide> = {
     title: "One arm stacks four cubes",
     see: "A Franka grips each cube by friction and puts it on the stack. The task checks the cubes 100 times a second and recovers from your disturbances.",
     tries: [
-      { what: "Pull the blue cube away: Shift+drag, with Ctrl up and down. The task fetches it again.", command: "robocell drag blue_cube --to 0.5 -0.2 0.025" },
-      { what: "Restart the task while a cube is in the hand: the arm holds it, and the task resumes.", command: "robocell restart task" },
-      { what: "Be the task: pause it and click a cube. Above, Approach and Close are in its panel; the arrows at the tool lead the arm.", command: "robocell task pause" },
+      {
+        what: "Pull the blue cube away: Shift+drag, with Ctrl up and down. The task fetches it again.",
+        command: "robocell drag blue_cube --to 0.5 -0.2 0.025",
+      },
+      {
+        what: "Restart the task while a cube is in the hand: the arm holds it, and the task resumes.",
+        command: "robocell restart task",
+      },
+      {
+        what: "Be the task: pause it and click a cube. Above, Approach and Close are in its panel; the arrows at the tool lead the arm.",
+        command: "robocell task pause",
+      },
     ],
   },
   "franka-pyramid": {
     title: "Two arms share one pyramid",
     see: "Two Frankas take a pyramid of six cubes apart and build two stacks of three. Only one arm at a time may enter the centre; the panel Pyramid shows which.",
     tries: [
-      { what: "Pull a cube away from an arm: Shift+drag, with Ctrl up and down. Its tree recovers.", command: "robocell drag cube_1 --to 0.3 0 0.025" },
+      {
+        what: "Pull a cube away from an arm: Shift+drag, with Ctrl up and down. Its tree recovers.",
+        command: "robocell drag cube_1 --to 0.3 0 0.025",
+      },
       { what: "Watch both trees while they run.", command: "robocell bt show --live" },
       { what: "Restart one process; both arms hold, and nothing falls.", command: "robocell restart controller" },
     ],
@@ -43,16 +55,28 @@ const GUIDES: Record<string, Guide> = {
     see: "The controller leads the tool to the target and keeps the arm within its limits. No task runs that moves anything else.",
     tries: [
       { what: "Drag the arrows at the tool, or send a target.", command: "robocell target 0.4 0.1 0.5" },
-      { what: "Ask for a target out of reach: the arm stops short of it.", command: "robocell target 1.2 0 0.5 --no-wait" },
-      { what: "Bring an arm of your own.", command: "robocell run reach --robot my.urdf --xrdf my.xrdf --rmpflow my_rmpflow.yaml" },
+      {
+        what: "Ask for a target out of reach: the arm stops short of it.",
+        command: "robocell target 1.2 0 0.5 --no-wait",
+      },
+      {
+        what: "Bring an arm of your own.",
+        command: "robocell run reach --robot my.urdf --xrdf my.xrdf --rmpflow my_rmpflow.yaml",
+      },
     ],
   },
   "reach-shelf": {
     title: "An arm plans its way through a shelf",
     see: "The arm moves from one compartment of the shelf to the other, on a planned path around the boards. A post in the way makes it plan again.",
     tries: [
-      { what: "Pull the post into the way: Shift+drag. The arm plans another path.", command: "robocell drag post --to 0.45 0 0.25" },
-      { what: "Restart the controller while the arm is between the boards: the arm holds.", command: "robocell restart controller" },
+      {
+        what: "Pull the post into the way: Shift+drag. The arm plans another path.",
+        command: "robocell drag post --to 0.45 0 0.25",
+      },
+      {
+        what: "Restart the controller while the arm is between the boards: the arm holds.",
+        command: "robocell restart controller",
+      },
       { what: "Pause the task and lead the arm by the arrows at its tool.", command: "robocell task pause" },
     ],
   },
@@ -90,7 +114,10 @@ const GUIDES: Record<string, Guide> = {
     see: "A Franka puts a cube on a mark. The job is written as if/else, state machine, tree in code, tree in a file, table and matrix.",
     tries: [
       { what: "Continue the job with another policy.", command: "robocell restart task --policy tree" },
-      { what: "Take the cube off its mark: Shift+drag, with Ctrl up and down. The task brings it back.", command: "robocell drag cube --to 0.5 -0.2 0.025" },
+      {
+        what: "Take the cube off its mark: Shift+drag, with Ctrl up and down. The task brings it back.",
+        command: "robocell drag cube --to 0.5 -0.2 0.025",
+      },
       { what: "Keep the last minute as a file.", command: "robocell record last 60s" },
     ],
   },
@@ -114,7 +141,10 @@ export function guideOf({ demo, description, objects }: Scene): Guide {
   const pull: Try =
     first === undefined
       ? { what: "Pause the task and lead the arm by the arrows at its tool.", command: "robocell task pause" }
-      : { what: "Pull an object: Shift+drag, with Ctrl up and down.", command: `robocell drag ${quoted(first.name)} --to 0.5 0 0.1` };
+      : {
+          what: "Pull an object: Shift+drag, with Ctrl up and down.",
+          command: `robocell drag ${quoted(first.name)} --to 0.5 0 0.1`,
+        };
   return {
     title: demo,
     see: description,

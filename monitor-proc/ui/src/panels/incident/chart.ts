@@ -1,12 +1,10 @@
 // One column of a loop over time, with a line at each event.
 import uPlot from "uplot";
 import { el } from "../dom";
-import { ticks } from "../ticks";
+import { AXIS, LINE, ticks } from "../ticks";
 
 const HEIGHT = 90;
-const AXIS = "#93a1b1";
-const GRID = { stroke: "#232c36", width: 1 };
-const LINE = "#58a6ff";
+const COLOUR = "#58a6ff";
 const EVENT = "#ff7b72";
 
 /** Cycles further apart than this were not measured one after the other, as multiples of the usual distance. */
@@ -34,7 +32,6 @@ export function chart(
   { width, span, marks }: { width: number; span: [number, number]; marks: number[] },
 ): HTMLElement {
   const host = el("div", { class: "incident-chart" });
-  const axis = { stroke: AXIS, grid: GRID, ticks: GRID, font: "10px system-ui" };
   const options: uPlot.Options = {
     width: Math.max(width - 24, 200),
     height: HEIGHT,
@@ -42,10 +39,10 @@ export function chart(
     cursor: { y: false },
     scales: { x: { time: false, range: () => span } },
     axes: [
-      { ...axis, size: 24, values: ticks("ms") },
-      { ...axis, size: 46, values: ticks() },
+      { ...AXIS, size: 24, values: ticks("ms") },
+      { ...AXIS, size: 46, values: ticks() },
     ],
-    series: [{}, { stroke: LINE, width: 1, points: { show: false } }],
+    series: [{}, { ...LINE, stroke: COLOUR, width: 1 }],
     hooks: {
       draw: [
         ({ ctx, bbox, valToPos }) => {

@@ -1,7 +1,7 @@
 // What was kept of a failure: events, the loops' last seconds, the end of logs.
 import "uplot/dist/uPlot.min.css";
 import type { PanelContext } from "../context";
-import { el } from "../dom";
+import { el, plainButton, sheet } from "../dom";
 import { lookAt } from "../seek";
 import { chart } from "./chart";
 import { type Incident, type LoopTrace, summary } from "./summary";
@@ -21,27 +21,12 @@ async function load(context: PanelContext, number: number): Promise<Incident | n
 export async function openIncident(context: PanelContext, number: number): Promise<void> {
   const incident = await load(context, number);
   if (incident === null) return;
-  const close = el("button", { type: "button", class: "button" }, "Close");
   const body = el("div", { class: "incident-body scroll", tabindex: 0 });
-  const dialog = el(
-    "dialog",
-    { class: "incident", "aria-label": `Incident ${number}` },
-    el(
-      "header",
-      {},
-      el("h2", {}, `Incident ${number}: ${incident.what}`),
-      look(context, incident, () => dialog.close()),
-      ...neighbours(context, number, () => dialog.close()),
-      close,
-    ),
-    body,
-  );
-  close.addEventListener("click", () => dialog.close());
-  dialog.addEventListener("click", (event) => {
-    if (event.target === dialog) dialog.close();
-  });
+  const title = el("h2", {}, `Incident ${number}: ${incident.what}`);
+  const leave = () => dialog.close();
+  const ways = [look(context, incident, leave), ...neighbours(context, number, leave)];
+  const dialog = sheet({ class: "incident", "aria-label": `Incident ${number}` }, [title, ...ways], body);
   dialog.addEventListener("close", () => dialog.remove());
-  document.body.append(dialog);
   dialog.showModal();
   // Plots need to know how wide they are.
   const show = (shown: Incident) => body.replaceChildren(...content(context, shown, body.clientWidth));
@@ -54,28 +39,25 @@ export async function openIncident(context: PanelContext, number: number): Promi
 
 /** Shows the moment of the failure in the view. */
 function look(context: PanelContext, { number, sim_time_s }: Incident, close: () => void): HTMLElement {
-  const node = el("button", { type: "button", class: "button primary" }, "Look at this moment");
-  node.addEventListener("click", () => {
+  const run = () => {
     close();
     const epoch = context.store.marked.find((line) => line.incident === number)?.epoch ?? null;
     lookAt(context, { time_s: sim_time_s, epoch });
-  });
-  return node;
+  };
+  return plainButton({ class: "button primary" }, run, "Look at this moment");
 }
 
 /** Buttons for the incidents before and after this one. */
 function neighbours(context: PanelContext, number: number, close: () => void): HTMLElement[] {
-  const known = [...new Set(context.store.marked.map((line) => line.incident).filter((one) => one !== undefined))].sort((a, b) => a - b);
-  const before = known.filter((one) => one < number).at(-1);
-  const after = known.find((one) => one > number);
-  return [before, after].flatMap((other) => {
+  const known = context.store.marked.flatMap((line) => line.incident ?? []).sort((a, b) => a - b);
+  const others = [known.filter((one) => one < number).at(-1), known.find((one) => one > number)];
+  return others.flatMap((other) => {
     if (other === undefined) return [];
-    const node = el("button", { type: "button", class: "button" }, `Incident ${other}`);
-    node.addEventListener("click", () => {
+    const run = () => {
       close();
       void openIncident(context, other);
-    });
-    return [node];
+    };
+    return [plainButton({}, run, `Incident ${other}`)];
   });
 }
 
@@ -84,11 +66,14 @@ function content(context: PanelContext, incident: Incident, width: number): HTML
   const facts = `${at}, ${demo} with policy ${policy}, seed ${seed}, ${sim_time_s.toFixed(3)} s of simulated time`;
   const marks = incident.events.map((event) => event.at_ms);
   const arms = (context.store.scene?.arms ?? []).map(({ name }) => name);
+  const twin = context.onCell(`robocell incident ${number}`);
+  const sentences = summary(incident, context.store.marked, arms).map((sentence) => el("li", {}, sentence));
+  const events = incident.events.map((event) => `${event.at_ms.toFixed(1)} ms  ${event.what}`);
   const parts = [
-    el("ul", { class: "incident-summary" }, ...summary(incident, context.store.marked, arms).map((sentence) => el("li", {}, sentence))),
+    el("ul", { class: "incident-summary" }, ...sentences),
     el("p", { class: "dim" }, facts),
-    el("p", { class: "dim" }, "The same on the command line: ", el("code", {}, context.onCell(`robocell incident ${number}`))),
-    list("Events", incident.events.map((event) => `${event.at_ms.toFixed(1)} ms  ${event.what}`)),
+    el("p", { class: "dim" }, "The same on the command line: ", el("code", {}, twin)),
+    list("Events", events),
   ];
   const span: [number, number] = [
     Math.min(-1, ...incident.loops.map((loop) => loop.at_ms[0] ?? 0)),

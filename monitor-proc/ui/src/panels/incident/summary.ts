@@ -54,7 +54,8 @@ export function summary(incident: Incident, log: readonly LogLine[], arms: reado
 
 function restarts({ events, complete }: Incident): string[] {
   const back = events.filter(({ what }) => what.includes("works again"));
-  if (back.length === 0) return [complete ? "No process worked again within a second." : "The second after it is not kept yet."];
+  if (back.length === 0)
+    return [complete ? "No process worked again within a second." : "The second after it is not kept yet."];
   return back.map(({ at_ms, what }) => `${what.replace(/,.*/, "")} after ${at_ms.toFixed(0)} ms.`);
 }
 
@@ -73,8 +74,8 @@ function motion({ loops }: Incident, name: string, arm: number): string[] {
   }
   const last = stopped.at(-1) ?? first;
   const how = STOPS[action[first] ?? 0] ?? "stopped";
-  const lasted = last === after.at(-1) ? "" : ` for ${((physics.at_ms[last] ?? 0) - (physics.at_ms[first] ?? 0)).toFixed(0)} ms`;
-  return [`${name} ${how}${lasted}.`];
+  const lasted_ms = (physics.at_ms[last] ?? 0) - (physics.at_ms[first] ?? 0);
+  return [`${name} ${how}${last === after.at(-1) ? "" : ` for ${lasted_ms.toFixed(0)} ms`}.`];
 }
 
 /** A successor that resumed from an earlier tick repeats what follows it. */
@@ -83,11 +84,13 @@ function repeated({ process, generation, tick }: LoopTrace): string[] {
     const before = tick[index - 1];
     if (before === undefined || generation[index - 1] === start) return [];
     const back_ms = (before - (tick[index] ?? before)) * TICK_MS;
-    return back_ms > 0 ? [`${process} resumed from a state ${(back_ms / 1000).toFixed(2)} s earlier: that time is repeated.`] : [];
+    if (back_ms <= 0) return [];
+    return [`${process} resumed from a state ${(back_ms / 1000).toFixed(2)} s earlier: that time is repeated.`];
   });
 }
 
 function fallen({ sim_time_s }: Incident, log: readonly LogLine[]): string {
-  const near = log.filter(({ mark, time_s }) => mark === "drop" && time_s >= sim_time_s && time_s <= sim_time_s + AFTERWARDS_S);
+  const isNear = (time_s: number) => time_s >= sim_time_s && time_s <= sim_time_s + AFTERWARDS_S;
+  const near = log.filter(({ mark, time_s }) => mark === "drop" && isNear(time_s));
   return near.length === 0 ? "Nothing was dropped." : near.map(({ text }) => `${text}.`).join(" ");
 }

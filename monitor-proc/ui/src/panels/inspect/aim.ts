@@ -1,9 +1,10 @@
 // Brings the tool of the arm that is led, or the object in it, over another object, and down to it.
-import { above, ABOVE_M, angleBetween, over, type Placed, poseOf, rotationOf } from "../../hand/aims";
-import type { Pose } from "../../net/protocol";
 import { Vector3 } from "three";
+import { ABOVE_M, above, angleBetween, over, type Placed, poseOf, rotationOf } from "../../hand/aims";
+import type { Pose } from "../../net/protocol";
 import { button } from "../button";
 import type { PanelContext } from "../context";
+import type { ReadPose } from "./rows";
 
 /** The tool descends where it is nearer to the axis of the grasp than this (m). */
 const ALIGNED_M = 0.03;
@@ -20,17 +21,23 @@ interface Grasps {
   message: string | null;
 }
 
-export function aimButtons(context: PanelContext, name: string, index: number, read: () => Pose | undefined): HTMLElement[] {
+export function aimButtons(context: PanelContext, name: string, index: number, read: ReadPose): HTMLElement[] {
   const { hand } = context;
   const arm = () => context.armName(context.arm);
-  const why = () => hand.refusal() ?? (read() === undefined ? `${name} is not in the scene` : heldBy(context) === index ? `${arm()} holds it` : null);
+  const why = () => {
+    const absent = read() === undefined ? `${name} is not in the scene` : null;
+    return hand.refusal() ?? absent ?? (heldBy(context) === index ? `${arm()} holds it` : null);
+  };
   const held = () => context.store.scene?.objects[heldBy(context) ?? -1]?.name ?? null;
   let searches = false;
   return [
     button(context, {
       label: "Above",
       class: "small",
-      about: () => (held() === null ? `Bring the tool of ${arm()} 100 mm above ${name}: pointing down, turned along its sides` : `Bring ${held()} 100 mm above ${name}`),
+      about: () => {
+        if (held() !== null) return `Bring ${held()} 100 mm above ${name}`;
+        return `Bring the tool of ${arm()} 100 mm above ${name}: pointing down, turned along its sides`;
+      },
       twin: () => null,
       why,
       run: () => bringAbove(context, index),
@@ -39,7 +46,10 @@ export function aimButtons(context: PanelContext, name: string, index: number, r
       label: "Approach",
       class: "small",
       name: () => (held() === null ? "Approach" : "Place"),
-      about: () => (held() === null ? `Bring the tool of ${arm()} from above ${name} down to its grasp` : `Bring ${held()} from above ${name} down onto it; the gripper stays closed`),
+      about: () => {
+        if (held() === null) return `Bring the tool of ${arm()} from above ${name} down to its grasp`;
+        return `Bring ${held()} from above ${name} down onto it; the gripper stays closed`;
+      },
       twin: () => null,
       why: () => why() ?? (searches ? "it searches" : null),
       run: async () => {
@@ -62,9 +72,15 @@ function placed({ store, snapshot }: PanelContext, index: number | null): Placed
   return shape === undefined || pose === undefined ? null : { shape, pose };
 }
 
+/** Of the tool, of the object `index` and of the one that is held. */
+function posesFor(context: PanelContext, index: number) {
+  const { hand, arm } = context;
+  return [hand.pose(arm), placed(context, index), placed(context, heldBy(context))] as const;
+}
+
 function bringAbove(context: PanelContext, index: number): void {
   const { hand, arm } = context;
-  const [tool, object, held] = [hand.pose(arm), placed(context, index), placed(context, heldBy(context))];
+  const [tool, object, held] = posesFor(context, index);
   if (tool === null || object === null) return;
   hand.begin();
   const gripper = context.store.scene?.arms[arm]?.gripper ?? null;
@@ -72,17 +88,20 @@ function bringAbove(context: PanelContext, index: number): void {
 }
 
 function bringDown(context: PanelContext, name: string, index: number): void {
-  const { hand, arm } = context;
-  const [tool, object, held] = [hand.pose(arm), placed(context, index), placed(context, heldBy(context))];
+  const [tool, object, held] = posesFor(context, index);
   if (tool === null || object === null || held === null) return;
-  const goal = over(tool, held, object, GAP_M);
-  const offset = new Vector3(goal[0] - tool[0], goal[1] - tool[1], 0).length();
+  descend(context, tool, over(tool, held, object, GAP_M), "what the arm holds", name);
+}
+
+/** Leads the tool down to `goal`, if it is above it. */
+function descend(context: PanelContext, tool: Pose, goal: Pose, what: string, name: string): void {
+  const offset = Math.hypot(goal[0] - tool[0], goal[1] - tool[1]);
   if (offset > ALIGNED_M || goal[2] > tool[2]) {
-    context.notify(`what the arm holds is ${(1000 * offset).toFixed(0)} mm beside ${name}: press Above first`, true);
+    context.notify(`${what} is ${(1000 * offset).toFixed(0)} mm beside ${name}: press Above first`, true);
     return;
   }
-  hand.begin();
-  hand.move(arm, goal);
+  context.hand.begin();
+  context.hand.move(context.arm, goal);
 }
 
 async function approach(context: PanelContext, name: string, object: number): Promise<void> {
@@ -94,7 +113,8 @@ async function approach(context: PanelContext, name: string, object: number): Pr
     return;
   }
   const { candidates, message } = (await answer.json()) as Grasps;
-  const poses = candidates.filter(({ excluded }) => excluded === null).map(({ tcp }): Pose => [...tcp.position, ...tcp.orientation_wxyz]);
+  const free = candidates.filter(({ excluded }) => excluded === null);
+  const poses = free.map(({ tcp }): Pose => [...tcp.position, ...tcp.orientation_wxyz]);
   // The better of two that need the same turn comes first.
   const turn = (pose: Pose) => Math.round(10 * angleBetween(tool, pose));
   const best = poses.reduce<Pose | null>((one, other) => (one === null || turn(other) < turn(one) ? other : one), null);
@@ -102,11 +122,6 @@ async function approach(context: PanelContext, name: string, object: number): Pr
     context.notify(`${name} cannot be gripped: ${message ?? "there is no grasp"}`, true);
     return;
   }
-  const offset = new Vector3(tool[0] - best[0], tool[1] - best[1], 0).length();
-  if (offset > ALIGNED_M || tool[2] < best[2]) {
-    context.notify(`the tool is ${(1000 * offset).toFixed(0)} mm beside ${name}: press Above first`, true);
-    return;
-  }
-  hand.begin();
-  hand.move(arm, poseOf(new Vector3(best[0], best[1], best[2]), rotationOf(best)));
+  const goal = poseOf(new Vector3(best[0], best[1], best[2]), rotationOf(best));
+  descend(context, tool, goal, "the tool", name);
 }

@@ -1,6 +1,6 @@
 // The card of an arm: the Robot tab has the rest.
-import type { PanelContext } from "../context";
 import { button } from "../button";
+import type { PanelContext } from "../context";
 import { openDrawer } from "../drawers";
 import { stopWords } from "../stop-words";
 import { copyPose } from "./copy";

@@ -2,8 +2,9 @@
 import type { Pose } from "../../net/protocol";
 import { button } from "../button";
 import type { PanelContext } from "../context";
+import type { ReadPose } from "./rows";
 
-export function copyPose(context: PanelContext, read: () => Pose | undefined): HTMLElement {
+export function copyPose(context: PanelContext, read: ReadPose): HTMLElement {
   return button(context, {
     label: "Copy pose",
     class: "small",

@@ -1,9 +1,8 @@
 // The grasps of an object by each arm, on request: a search takes up to seconds.
-import type { Pose } from "../../net/protocol";
 import { button } from "../button";
 import type { PanelContext } from "../context";
 import { el } from "../dom";
-import { list } from "./rows";
+import { list, type ReadPose } from "./rows";
 
 interface Candidate {
   approach: string;
@@ -24,7 +23,7 @@ interface Grasps {
 const DEG = 180 / Math.PI;
 
 /** A button and the list that it fills. */
-export function graspList(context: PanelContext, name: string, index: number, read: () => Pose | undefined): HTMLElement[] {
+export function graspList(context: PanelContext, name: string, index: number, read: ReadPose): HTMLElement[] {
   const found = el("div", { class: "grasps", "aria-live": "polite" });
   let searches = false;
   const why = () => {
@@ -40,7 +39,8 @@ export function graspList(context: PanelContext, name: string, index: number, re
     why,
     run: async () => {
       searches = true;
-      await fill(context, index, found).catch(() => found.replaceChildren(el("p", { class: "dim" }, "the answer is broken")));
+      const broken = el("p", { class: "dim" }, "the answer is broken");
+      await fill(context, index, found).catch(() => found.replaceChildren(broken));
       searches = false;
     },
   });

@@ -2,8 +2,8 @@
 // view that opens the drawer with it.
 import type { Scene } from "../../net/protocol";
 import type { PanelContext } from "../context";
+import { el, plainButton, setText } from "../dom";
 import { openDrawer } from "../drawers";
-import { el, setText } from "../dom";
 import { armCard } from "./arm";
 import { fixtureCard } from "./fixture";
 import { objectCard } from "./object";
@@ -19,7 +19,8 @@ export function inspector(context: PanelContext): HTMLElement {
   const name = el("h3", {});
   const kind = el("span", { class: "dim" });
   const body = el("div", { class: "inspect-body" });
-  const close = el("button", { type: "button", class: "button icon-only quiet", title: "Close (Escape)", "aria-label": "Close the card" }, "×");
+  const attrs = { class: "button icon-only quiet", title: "Close (Escape)", "aria-label": "Close the card" };
+  const close = plainButton(attrs, () => leave(context), "×");
   const head = el("header", { class: "row" }, el("div", { class: "inspect-name" }, name, kind), close);
   const root = el("section", { class: "inspect", "aria-label": "Selected", hidden: true }, head, body);
   const chip = detailsButton();
@@ -31,13 +32,13 @@ export function inspector(context: PanelContext): HTMLElement {
     const card = wanted === null ? null : cardOf(context, wanted);
     root.hidden = chip.hidden = card === null;
     rows = card?.rows ?? [];
-    body.replaceChildren(...rows.map(({ node }) => node), el("div", { class: "inspect-actions" }, ...(card?.actions ?? [])));
+    const actions = el("div", { class: "inspect-actions" }, ...(card?.actions ?? []));
+    body.replaceChildren(...rows.map(({ node }) => node), actions);
     setText(name, wanted ?? "");
     setText(kind, card?.kind ?? "");
     setText(chip, `${wanted ?? ""}: details`);
     show();
   };
-  close.addEventListener("click", () => leave(context));
   root.addEventListener("keydown", (event) => {
     if (event.key === "Escape") leave(context);
   });
@@ -60,13 +61,14 @@ function leave(context: PanelContext): void {
 }
 
 function detailsButton(): HTMLElement {
-  const chip = el("button", { type: "button", class: "button details-chip", hidden: true });
-  chip.addEventListener("click", () => {
+  const open = () => {
     openDrawer("left");
     document.querySelector(".inspect")?.scrollIntoView({ block: "nearest" });
-  });
+  };
+  const chip = plainButton({ class: "button details-chip", hidden: true }, open);
   // It is over the view, which would take a press as one of its own.
-  for (const kind of ["click", "dblclick", "pointerdown"]) chip.addEventListener(kind, (event) => event.stopPropagation());
+  for (const kind of ["click", "dblclick", "pointerdown"])
+    chip.addEventListener(kind, (event) => event.stopPropagation());
   document.getElementById("view")?.append(chip);
   return chip;
 }

@@ -1,5 +1,6 @@
 // The card of an object.
 import { norm } from "../../net/contacts";
+import type { Vec3 } from "../../net/protocol";
 import { OBJECT, type ObjectState } from "../../net/snapshot";
 import type { PanelContext } from "../context";
 import { aimButtons } from "./aim";
@@ -26,21 +27,32 @@ export function objectCard(context: PanelContext, index: number): Card | null {
     const found = state();
     return found === undefined || !isHere() ? "–" : read(found);
   };
-  const touches = touchRows(context, { kind: "object", index });
+  const velocity = here(({ linear }) => list(linear, 3));
+  const turns = (rates: Vec3) => rates.map((rate) => rate * DEG);
+  const turnRate = here(({ angular }) => list(turns(angular), 1));
+  const absent = () => {
+    if (spec.parked !== true) return "lost: it fell out of the cell";
+    return context.store.isTaskOver ? "not used" : "to come: a device brings it";
+  };
   return {
     kind: spec.kind === spec.name ? "object" : `object of the series ${spec.kind}`,
     rows: [
       row("shape", "", () => shapeWords(spec.shape)),
-      row("state", "", () => stateWords(state(), spec.parked !== true ? "lost: it fell out of the cell" : context.store.isTaskOver ? "not used" : "to come: a device brings it")),
+      row("state", "", () => stateWords(state(), absent())),
       row("held by", "", () => (holder() < 0 ? "no arm" : context.armName(holder()))),
       ...poseRows(pose),
-      row("velocity", "m/s", here(({ linear }) => list(linear, 3))),
-      row("turn rate", "°/s", here(({ angular }) => list(angular.map((rate) => rate * DEG), 1))),
+      row("velocity", "m/s", velocity),
+      row("turn rate", "°/s", turnRate),
       row("mass", "kg", () => spec.mass_kg.toFixed(3)),
       row("friction", "", () => spec.friction.toFixed(2)),
-      touches,
+      touchRows(context, { kind: "object", index }),
     ],
-    actions: [...aimButtons(context, spec.name, index, pose), dragForm(context, spec.name, pose), copyPose(context, pose), ...graspList(context, spec.name, index, pose)],
+    actions: [
+      ...aimButtons(context, spec.name, index, pose),
+      dragForm(context, spec.name, pose),
+      copyPose(context, pose),
+      ...graspList(context, spec.name, index, pose),
+    ],
   };
 }
 

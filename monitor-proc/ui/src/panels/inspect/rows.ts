@@ -10,6 +10,9 @@ export interface Row {
   show: () => void;
 }
 
+/** Reads where something is; undefined while it is not in the scene. */
+export type ReadPose = () => Pose | undefined;
+
 /** A row called `name`, with its unit, that shows what `read` gives. */
 export function row(name: string, unit: string, read: () => string): Row {
   const value = el("b", { class: "num" }, "–");
@@ -24,15 +27,16 @@ export function list(values: readonly number[], digits: number): string {
 }
 
 /** Three rows of a pose; `whose` is put before the position. */
-export function poseRows(read: () => Pose | undefined, whose = ""): Row[] {
-  const of = (text: (pose: Pose) => string) => () => {
-    const pose = read();
-    return pose === undefined ? "–" : text(pose);
-  };
+export function poseRows(read: ReadPose, whose = ""): Row[] {
+  const of = (name: string, unit: string, text: (pose: Pose) => string) =>
+    row(name, unit, () => {
+      const pose = read();
+      return pose === undefined ? "–" : text(pose);
+    });
   return [
-    row(`${whose}position`, "m", of((pose) => list(pose.slice(0, 3), 4))),
-    row("roll, pitch, yaw", "°", of((pose) => list(anglesOf(pose), 2))),
-    row("w, x, y, z", "", of((pose) => list(pose.slice(3), 4))),
+    of(`${whose}position`, "m", (pose) => list(pose.slice(0, 3), 4)),
+    of("roll, pitch, yaw", "°", (pose) => list(anglesOf(pose), 2)),
+    of("w, x, y, z", "", (pose) => list(pose.slice(3), 4)),
   ];
 }
 

@@ -14,7 +14,8 @@ export function touchRows(context: PanelContext, body: ContactBody): Row {
     const force = el("b", { class: "num" });
     return { name, force, node: el("li", { class: "fact wide" }, name, force) };
   });
-  const node = el("div", { class: "touches" }, el("h4", {}, "Contacts"), el("ul", {}, ...lines.map((line) => line.node)), none);
+  const all = el("ul", {}, ...lines.map((line) => line.node));
+  const node = el("div", { class: "touches" }, el("h4", {}, "Contacts"), all, none);
   const show = () => {
     const { scene, snapshot } = context.store;
     if (scene === null || snapshot === null) return;

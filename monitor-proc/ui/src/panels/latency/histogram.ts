@@ -21,7 +21,8 @@ function summary(hop: HopLatency): string {
 }
 
 export function histogram(hop: HopLatency): SVGSVGElement {
-  const root = svg("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, class: "histogram", preserveAspectRatio: "none", role: "img", "aria-label": summary(hop) });
+  const attrs = { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, class: "histogram", preserveAspectRatio: "none", role: "img" };
+  const root = svg("svg", { ...attrs, "aria-label": summary(hop) });
   const counted = hop.buckets.filter(([, count]) => count > 0);
   const most = Math.max(...counted.map(([, count]) => count), 1);
   // A bucket is known by its upper end only: the median may be left of the first.
@@ -50,9 +51,9 @@ export function histogram(hop: HopLatency): SVGSVGElement {
     }
     before = upper;
   }
-  const marks = [["p50", hop.p50_us], ["p99", hop.p99_us]] as const;
-  for (const [name, us] of marks) {
-    root.append(svg("line", { x1: x(us), x2: x(us), y1: 0, y2: BASE, class: `mark ${name}` }, svg("title", {}, `${name} ${micros(us)}`)));
+  for (const [name, us] of Object.entries({ p50: hop.p50_us, p99: hop.p99_us })) {
+    const title = svg("title", {}, `${name} ${micros(us)}`);
+    root.append(svg("line", { x1: x(us), x2: x(us), y1: 0, y2: BASE, class: `mark ${name}` }, title));
   }
   return root;
 }

@@ -57,8 +57,7 @@ function processRow(context: PanelContext, name: string): Row {
     about: () => `Restart ${process}${other() ? ` with policy ${policy?.value}` : ""}`,
     twin: () => `robocell restart ${process}${other() ? ` --policy ${policy?.value}` : ""}`,
     why: () => context.cellRefusal(),
-    run: () =>
-      context.send({ do: "restart", process, ...(other() && policy ? { policy: policy.value } : {}) }),
+    run: () => context.send({ do: "restart", process, ...(other() && policy ? { policy: policy.value } : {}) }),
   });
   const head = el("div", { class: "head" }, dot, el("b", { class: "name", title: name }, name), rate, late, restart);
   const root = el("div", { class: "process" }, head, fault, el("div", { class: "foot" }, more, policy));
@@ -69,7 +68,8 @@ const MONITOR = "monitor";
 const TICKS_PER_S = 1000;
 /** In the place of a rate in lockstep: those of several processes, each counted over a time of its own, would contradict each other. */
 const IN_STEP = "in step";
-const IN_STEP_WHY = "in lockstep: each cycle waits for the one before, so that the rate follows from the speed, at the top";
+const IN_STEP_WHY =
+  "in lockstep: each cycle waits for the one before, so that the rate follows from the speed, at the top";
 
 /** Scheduling in words. */
 const PRIORITY: Record<string, string> = { fifo: "real-time priority", other: "normal priority" };
@@ -88,26 +88,25 @@ function pace(context: PanelContext, { name, rate_hz }: ProcessStatus): [string,
   return [`${rate_hz.toFixed(0)} Hz`, `${rate_hz.toFixed(0)} cycles a second`];
 }
 
-function show(
-  context: PanelContext,
-  status: ProcessStatus,
-  at: { root: HTMLElement; dot: HTMLElement; rate: HTMLElement; late: HTMLElement; more: HTMLElement; fault: HTMLElement },
-): void {
+type Parts = Record<"root" | "dot" | "rate" | "late" | "more" | "fault", HTMLElement>;
+
+function show(context: PanelContext, status: ProcessStatus, at: Parts): void {
   const rest = rests(context, status);
   const running = status.state === "running";
   const idle = running && status.rate_hz < 0.5;
   const fault = status.note.startsWith("fault: ");
-  setAttr(at.dot, "data-tone", context.isStale ? null : running ? (fault ? "warn" : idle || rest !== null ? null : "ok") : "bad");
+  const tone = fault ? "warn" : idle || rest !== null ? null : "ok";
+  setAttr(at.dot, "data-tone", context.isStale ? null : running ? tone : "bad");
   const [short, sentence] = pace(context, status);
   const cycles = `${status.state}, ${sentence}`;
-  setTitle(at.dot, fault ? status.note : idle ? "running, but no cycle in the last second" : rest === "paused" ? `${cycles}; simulated time is paused` : cycles);
+  const state = idle ? "running, but no cycle in the last second" : cycles;
+  const paused = !idle && rest === "paused" ? "; simulated time is paused" : "";
+  setTitle(at.dot, fault ? status.note : state + paused);
   setText(at.rate, rest ?? short);
   setTitle(at.rate, rest ?? sentence);
   setText(at.late, rest === null && status.late_p99_us > 0 ? micros(status.late_p99_us) : "–");
-  setTitle(
-    at.late,
-    `lateness p50 ${micros(status.late_p50_us)}, p99 ${micros(status.late_p99_us)}, max ${micros(status.late_max_us)}`,
-  );
+  const [p50, p99, max] = [status.late_p50_us, status.late_p99_us, status.late_max_us].map(micros);
+  setTitle(at.late, `lateness p50 ${p50}, p99 ${p99}, max ${max}`);
   const restarts = (status.generation ?? 1) - 1;
   const facts = [PRIORITY[status.scheduling ?? ""] ?? "no report yet"];
   if (restarts > 0) facts.push(`restarted ${restarts}×`);

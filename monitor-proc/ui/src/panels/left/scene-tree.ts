@@ -2,8 +2,8 @@
 import type { Scene } from "../../net/protocol";
 import { OBJECT, type ObjectState } from "../../net/snapshot";
 import type { PanelContext } from "../context";
-import { el, setAttr, setText, setTitle } from "../dom";
 import { jobBins } from "../demos/bin-state";
+import { el, plainButton, setAttr, setText, setTitle } from "../dom";
 import { css } from "../format";
 import { isAtRest } from "../inspect/object";
 
@@ -41,7 +41,8 @@ export function lostList(context: PanelContext): HTMLElement {
     if (lost.join() === shown) return;
     shown = lost.join();
     root.hidden = lost.length === 0;
-    root.replaceChildren(...lost.map((name) => row(context, name, colourOf(context, name), el("span", { class: "state", "data-tone": "bad" }, "lost"))));
+    const state = () => el("span", { class: "state", "data-tone": "bad" }, "lost");
+    root.replaceChildren(...lost.map((name) => row(context, name, colourOf(context, name), state())));
   });
   return root;
 }
@@ -59,12 +60,9 @@ function group(name: string, rows: HTMLElement[]): HTMLElement {
 function row(context: PanelContext, name: string, colour: string | null, state: HTMLElement): HTMLElement {
   const swatch = el("i", { class: "swatch" });
   if (colour !== null) swatch.style.background = colour;
-  const attrs = { type: "button", class: "tree-row", "data-name": name, title: `Select ${name}: its kind and its place` };
-  const node = el("button", attrs, swatch, el("span", { class: "name" }, name), state);
-  node.addEventListener("click", () => {
-    context.select(context.selection === name ? null : name);
-  });
-  return node;
+  const attrs = { class: "tree-row", "data-name": name, title: `Select ${name}: its kind and its place` };
+  const select = () => context.select(context.selection === name ? null : name);
+  return plainButton(attrs, select, swatch, el("span", { class: "name" }, name), state);
 }
 
 /** Shows which row is selected, here or by a click in the view. */
@@ -107,8 +105,10 @@ function objects(context: PanelContext, scene: Scene, refreshes: Refresh[]): HTM
       if (key === before) return;
       before = key;
       const isPart = scene.dispenser != null;
-      const absent = object.parked !== true || (isFallen && !isPart) ? "lost" : isFallen ? "out of the cell" : isEnd || isSpare ? "not used" : "to come";
-      const words = objectState(now, absent, holder < 0 ? null : scene.arms.length > 1 ? ` by ${context.armName(holder)}` : "", isStill);
+      const away = isFallen ? "out of the cell" : isEnd || isSpare ? "not used" : "to come";
+      const absent = object.parked !== true || (isFallen && !isPart) ? "lost" : away;
+      const by = holder < 0 ? null : scene.arms.length > 1 ? ` by ${context.armName(holder)}` : "";
+      const words = objectState(now, absent, by, isStill);
       setText(state, words);
       // It is cut where there is little room.
       setTitle(state, words);

@@ -61,17 +61,15 @@ export function viewTools(context: PanelContext): HTMLElement {
 
 /** What the picture does without to stay fluent. */
 function quality(context: PanelContext, view: ViewApi): HTMLElement {
-  const line = el("p", { class: "dim quality", title: "While something moves, the picture gives up quality step by step to stay fluent. At rest it is drawn in full" });
+  const title =
+    "While something moves, the picture gives up quality step by step to stay fluent. At rest it is drawn in full";
+  const line = el("p", { class: "dim quality", title });
   context.pulse.add(line, () => setText(line, `Picture: ${view.picture}`));
   return line;
 }
 
 function gizmo(context: PanelContext): HTMLElement {
-  const modes = [
-    ["translate", "move", "T"],
-    ["rotate", "turn", "E"],
-  ] as const;
-  const buttons = modes.map(([mode, name, key]) =>
+  const make = (mode: "translate" | "rotate", name: string, key: string) =>
     button(context, {
       label: `${name} target`,
       class: "small",
@@ -79,7 +77,7 @@ function gizmo(context: PanelContext): HTMLElement {
       twin: () => "robocell target X Y Z R P YAW",
       why: () => context.cellRefusal(),
       run: () => context.view?.gizmoMode(mode),
-    }),
-  );
+    });
+  const buttons = [make("translate", "move", "T"), make("rotate", "turn", "E")];
   return el("div", { class: "segments", role: "group", "aria-label": "Gizmo" }, ...buttons);
 }

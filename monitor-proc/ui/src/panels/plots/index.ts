@@ -1,6 +1,6 @@
 // Up to four plots and the signals to put into them. The URL keeps them.
 import type { PanelContext } from "../context";
-import { el, setAttr, setText } from "../dom";
+import { el, plainButton, setAttr, setText } from "../dom";
 import { getHash, setHash } from "../hash";
 import { History } from "./history";
 import { draggable, Plot } from "./plot";
@@ -46,14 +46,14 @@ export function plotsTab(context: PanelContext): HTMLElement {
     keep();
   });
   const span = el("span", { class: "dim" });
-  const more = el("button", { type: "button", class: "button small" }, "Add plot");
-  more.addEventListener("click", () => add([]));
-  const hold = el("button", { type: "button", class: "button small", title: "Hold the picture; the signals continue behind it" }, "Hold");
-  hold.addEventListener("click", () => {
+  const more = plainButton({ class: "button small" }, () => add([]), "Add plot");
+  const toggle = () => {
     held = !held;
     setText(hold, held ? "Continue" : "Hold");
     setAttr(hold, "aria-pressed", String(held));
-  });
+  };
+  const about = "Hold the picture; the signals continue behind it";
+  const hold = plainButton({ class: "button small", title: about }, toggle, "Hold");
 
   let begun = false;
   const begin = () => {
@@ -107,8 +107,8 @@ function signalList(history: History, onPick: (key: string) => void): HTMLElemen
     const groups = new Map<string, HTMLElement[]>();
     for (const { key, group, name, unit } of history.signals) {
       if (!key.toLowerCase().includes(wanted)) continue;
-      const node = el("button", { type: "button", class: "signal", title: "Click, or drag it into a plot" }, name, el("span", { class: "dim" }, unit));
-      node.addEventListener("click", () => onPick(key));
+      const attrs = { class: "signal", title: "Click, or drag it into a plot" };
+      const node = plainButton(attrs, () => onPick(key), name, el("span", { class: "dim" }, unit));
       draggable(node, key);
       groups.set(group, [...(groups.get(group) ?? []), node]);
     }

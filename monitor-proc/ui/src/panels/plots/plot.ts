@@ -1,15 +1,13 @@
 // One plot of several signals.
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
-import { el } from "../dom";
-import { ticks } from "../ticks";
+import { el, plainButton, spacer } from "../dom";
+import { AXIS, LINE, ticks } from "../ticks";
 import type { History } from "./history";
 
 /** Distinct also for colour-blind readers. */
 const COLOURS = ["#58a6ff", "#f0a53a", "#4cc38a", "#d2a8ff", "#ff7b72", "#79e0e8", "#e3d26f", "#c9d1d9"];
-const AXIS = "#93a1b1";
 const CURSOR = "#ffffff";
-const GRID = { stroke: "#232c36", width: 1 };
 const TYPE = "text/x-robocell-signal";
 
 export class Plot {
@@ -29,9 +27,9 @@ export class Plot {
     onRemove: () => void,
   ) {
     this.keys = keys;
-    const remove = el("button", { type: "button", class: "button icon-only quiet", title: "Remove this plot", "aria-label": "Remove this plot" }, "×");
-    remove.addEventListener("click", onRemove);
-    this.root.append(el("div", { class: "row" }, this.chips, el("span", { class: "spacer" }), remove), this.area);
+    const about = "Remove this plot";
+    const remove = plainButton({ class: "button icon-only quiet", title: about, "aria-label": about }, onRemove, "×");
+    this.root.append(el("div", { class: "row" }, this.chips, spacer(), remove), this.area);
     new ResizeObserver(() => this.resize()).observe(this.area);
     this.root.addEventListener("dragover", (event) => {
       if (event.dataTransfer?.types.includes(TYPE)) event.preventDefault();
@@ -43,7 +41,8 @@ export class Plot {
       this.add(key);
     });
     // For browser tests.
-    Object.assign(this.root, { plot: { data: () => this.chart?.data ?? [[]], cursor: () => this.history.cursor, labels: () => this.labels } });
+    const data = () => this.chart?.data ?? [[]];
+    Object.assign(this.root, { plot: { data, cursor: () => this.history.cursor, labels: () => this.labels } });
     this.rebuild();
   }
 
@@ -81,17 +80,16 @@ export class Plot {
   private rebuild(): void {
     this.chips.replaceChildren(
       ...this.keys.map((key, index) => {
-        const chip = el("button", { type: "button", class: "chip", title: `Take ${key} out` });
-        const signal = this.history.find(key);
-        chip.append(el("i", { class: "swatch" }), `${signal?.name ?? key}`, el("span", { class: "dim" }, signal?.unit ?? ""), "×");
+        const { name = key, unit = "" } = this.history.find(key) ?? {};
+        const words = [el("i", { class: "swatch" }), name, el("span", { class: "dim" }, unit), "×"];
+        const chip = plainButton({ class: "chip", title: `Take ${key} out` }, () => this.drop(key), ...words);
         chip.style.setProperty("--colour", this.colour(index));
-        chip.addEventListener("click", () => this.drop(key));
         return chip;
       }),
     );
     if (this.keys.length === 0) this.chips.append(el("span", { class: "dim" }, "Click a signal, or drag it here"));
     this.chart?.destroy();
-    const axis = { stroke: AXIS, grid: GRID, ticks: GRID, font: "10px system-ui" };
+    const lines = this.keys.map((_, index) => ({ ...LINE, stroke: this.colour(index) }));
     const options: uPlot.Options = {
       width: Math.max(this.area.clientWidth, 100),
       height: Math.max(this.area.clientHeight, 60),
@@ -99,9 +97,9 @@ export class Plot {
       cursor: { y: false, drag: { x: false, y: false } },
       scales: { x: { time: false } },
       axes: [
-        { ...axis, size: 30, values: ticks("s") },
+        { ...AXIS, size: 30, values: ticks("s") },
         {
-          ...axis,
+          ...AXIS,
           size: (_, labels) => {
             this.labels = labels ?? [];
             return widest(this.labels);
@@ -110,14 +108,14 @@ export class Plot {
         },
       ],
       hooks: { draw: [(chart) => this.drawCursor(chart)], ready: [(chart) => this.listen(chart)] },
-      series: [{}, ...this.keys.map((_, index) => ({ stroke: this.colour(index), width: 1.5, points: { show: false } }))],
+      series: [{}, ...lines],
     };
     this.chart = new uPlot(options, this.history.window(this.keys) as uPlot.AlignedData, this.area);
   }
 
   /** The colour of the object that the line is about, or one of its own. */
   private colour(index: number): string {
-    return this.history.find(this.keys[index] ?? "")?.colour ?? COLOURS[index] ?? AXIS;
+    return this.history.find(this.keys[index] ?? "")?.colour ?? COLOURS[index] ?? AXIS.stroke;
   }
 
   /** The moment of the past that is looked at. */

@@ -22,13 +22,14 @@ export function signalsOf(scene: Scene | null, hops: Status["latency"]): Signal[
   const all: Signal[] = [];
   const add = (group: string, name: string, unit: string, read: Signal["read"]) =>
     all.push({ key: `${group}/${name}`, group, name, unit, read });
-  scene?.arms.forEach((_, arm) => addArm(scene, arm, add));
+  if (scene !== null) for (const arm of scene.arms.keys()) addArm(scene, arm, add);
   const colours = scene?.objects.map(({ colour }) => css(colour)) ?? [];
   scene?.objects.forEach((object, index) => {
     add("objects", `${object.name} z`, "m", (s) => s.objects[index]?.pose[2] ?? NaN);
     const colour = colours[index];
     // Lines of one colour could not be told apart.
-    if (colour !== undefined && colours.filter((one) => one === colour).length === 1) Object.assign(all.at(-1) ?? {}, { colour });
+    if (colour !== undefined && colours.filter((one) => one === colour).length === 1)
+      Object.assign(all.at(-1) ?? {}, { colour });
   });
   add("run", "real-time factor", "", (s) => s.realTimeFactor);
   add("run", "decision age", "ms", (_, status) => status?.task.decision_age_ms ?? NaN);

@@ -3,6 +3,7 @@ import { type ArmState, isUnreachable } from "../../net/snapshot";
 import type { PanelContext } from "../context";
 import { el, setAttr, setText, setTitle } from "../dom";
 import { millimetres } from "../format";
+import { list } from "../inspect/rows";
 import { stopWords } from "../stop-words";
 import { term } from "../terms";
 
@@ -20,19 +21,16 @@ export function facts(context: PanelContext, arm: number): HTMLElement {
     ["clearance", (state) => (state.clearance > NO_OBSTACLE_M ? "no obstacle" : millimetres(state.clearance, 0))],
     ["holds", (state) => (state.held === null ? "nothing" : (context.store.scene?.objects[state.held]?.name ?? "?"))],
     ...gripperRows(context, arm),
-    ["TCP (m)", (state) => state.tcp.slice(0, 3).map((value) => value.toFixed(4)).join(", ")],
+    ["TCP (m)", (state) => list(state.tcp.slice(0, 3), 4)],
   ];
   const cells = rows.map(([name, text]) => {
     const value = el("b", { class: "num" }, "–");
     const kind = WIDE.test(name) ? "fact wide" : "fact";
-    return { value, text, node: el("div", { class: kind }, el("span", { class: "dim" }, term(name, name.replace(" (m)", ""))), value) };
+    const label = el("span", { class: "dim" }, term(name, name.replace(" (m)", "")));
+    return { value, text, node: el("div", { class: kind }, label, value) };
   });
-  const root = el(
-    "div",
-    { class: "facts" },
-    el("div", { class: "stops" }, controller.node, physics.node),
-    ...cells.map(({ node }) => node),
-  );
+  const stops = el("div", { class: "stops" }, controller.node, physics.node);
+  const root = el("div", { class: "facts" }, stops, ...cells.map(({ node }) => node));
   context.pulse.add(root, () => {
     const state = context.snapshot?.arms[arm];
     if (!root.isConnected || !state) return;

@@ -1,11 +1,10 @@
 // The robot: its state, its joints, and leading it by hand.
-import type { Actions } from "../actions";
-import { gripperIsClosed } from "../actions";
+import type { Jog } from "../../hand/jog";
+import { type Actions, gripperIsClosed } from "../actions";
 import { button } from "../button";
 import type { PanelContext } from "../context";
-import { el, setAttr, setText } from "../dom";
+import { el, plainButton, setAttr } from "../dom";
 import { facts } from "./facts";
-import type { Jog } from "../../hand/jog";
 import { jogPanel } from "./jog";
 import { jointForm } from "./joint-form";
 import { joints } from "./joints";
@@ -24,23 +23,19 @@ export function robotTab(context: PanelContext, act: Actions, jog: Jog): HTMLEle
     sliders.replaceChildren(...(arm === undefined ? [] : [jointForm(context, context.arm, arm)]));
   };
   context.store.on("scene", (scene) => {
-    const buttons = scene.arms.map((arm, index) => {
-      const node = el("button", { type: "button", class: "button small" }, arm.name);
-      node.addEventListener("click", () => {
-        context.arm = index;
-      });
-      return node;
-    });
+    const lead = (index: number) => {
+      context.arm = index;
+    };
+    const buttons = scene.arms.map(({ name }, index) =>
+      plainButton({ class: "button small" }, () => lead(index), name),
+    );
     arms.replaceChildren(...buttons);
     arms.hidden = buttons.length < 2;
     choose();
   });
   context.onArm(choose);
-  const gripper = button(context, { ...act.gripper, label: "Gripper", class: "gripper" });
-  const name = gripper.querySelector("span");
-  context.pulse.add(gripper, () => {
-    if (name !== null) setText(name, gripperIsClosed(context) ? "Open gripper" : "Close gripper");
-  });
+  const name = () => (gripperIsClosed(context) ? "Open gripper" : "Close gripper");
+  const gripper = button(context, { ...act.gripper, label: "Gripper", class: "gripper", name });
   choose();
   const [form, byHand] = [targetForm(context), [el("div", { class: "row" }, gripper), jogPanel(context, jog)]];
   const root = el("div", { class: "robot-tab column scroll" }, arms, body, form, ...byHand, sliders);

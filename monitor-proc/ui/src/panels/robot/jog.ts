@@ -1,18 +1,35 @@
 // How the arm is led by hand: axes, steps, at once or with Go; and buttons that move its target.
 import { pointDown } from "../../hand/aims";
-import type { Jog, Step } from "../../hand/jog";
-import { HOLD, STEPS } from "../../hand/jog";
+import { HOLD, type Jog, STEPS, type Step } from "../../hand/jog";
 import { button } from "../button";
 import type { PanelContext } from "../context";
-import { el, setAttr } from "../dom";
+import { el, plainButton, setAttr } from "../dom";
 
+const NO_PROPOSAL = "no target is proposed: choose `with Go`, then move the target";
+const MOTIONS = {
+  follow: "The arm follows every change at once",
+  "with Go": "A transparent arm shows the target until Go is pressed",
+};
 const AXES = ["x", "y", "z", "roll", "pitch", "yaw"] as const;
 
 export function jogPanel(context: PanelContext, jog: Jog): HTMLElement {
   const { hand } = context;
   const refusal = () => hand.refusal();
-  const steps = [...Object.keys(STEPS), HOLD] as Step[];
-  const about = (step: Step) => (step === HOLD ? "Move as long as a button or a key is held" : `Move by ${step} with each press (with Shift a tenth)`);
+  const steps = Object.keys(STEPS).map((step) => [step, `Move by ${step} with each press (with Shift a tenth)`]);
+  const about = { ...Object.fromEntries(steps), [HOLD]: "Move as long as a button or a key is held" };
+  const axis = (of: string) => `Axes of the ${of}, for buttons, keys and the handle in the view`;
+  const axes = { world: axis("world"), tool: axis("tool") };
+  const setStep = (step: string) => {
+    jog.step = step as Step;
+  };
+  const setFrame = (frame: keyof typeof axes) => {
+    hand.frame = frame;
+    hand.changed();
+  };
+  const setMotion = (motion: keyof typeof MOTIONS) => {
+    hand.follows = motion === "follow";
+    hand.cancel();
+  };
   const root = el(
     "section",
     { class: "jog", "aria-label": "Jog" },
@@ -20,15 +37,9 @@ export function jogPanel(context: PanelContext, jog: Jog): HTMLElement {
     el(
       "div",
       { class: "row wrap" },
-      choice(context, "Step", steps, about, () => jog.step, (step) => (jog.step = step)),
-      choice(context, "Axes", ["world", "tool"] as const, (frame) => `Axes of the ${frame}, for buttons, keys and the handle in the view`, () => hand.frame, (frame) => {
-        hand.frame = frame;
-        hand.changed();
-      }),
-      choice(context, "Motion", ["follow", "with Go"] as const, (way) => (way === "follow" ? "The arm follows every change at once" : "A transparent arm shows the target until Go is pressed"), () => (hand.follows ? "follow" : "with Go"), (way) => {
-        hand.follows = way === "follow";
-        hand.cancel();
-      }),
+      choice(context, "Step", about, () => jog.step, setStep),
+      choice(context, "Axes", axes, () => hand.frame, setFrame),
+      choice(context, "Motion", MOTIONS, () => (hand.follows ? "follow" : "with Go"), setMotion),
     ),
     el("div", { class: "jog-keys" }, ...AXES.map((name, axis) => pair(context, jog, name, axis))),
   );
@@ -46,13 +57,14 @@ export function jogPanel(context: PanelContext, jog: Jog): HTMLElement {
     primary: () => hand.proposal !== null,
     about: () => "Move the arm to the target that is shown by the transparent arm (Enter)",
     twin: () => null,
-    why: () => refusal() ?? (hand.proposal === null ? "no target is proposed: choose `with Go`, then move the target" : null),
+    why: () => refusal() ?? (hand.proposal === null ? NO_PROPOSAL : null),
     run: () => hand.go(),
   });
   root.append(el("div", { class: "row" }, down, go));
   addEventListener("keydown", (event) => {
     const target = event.target instanceof Element ? event.target : null;
-    if (event.key !== "Enter" || hand.proposal === null || target?.closest("button, input, a, summary, dialog, [role=button]") != null) return;
+    const isTaken = target?.closest("button, input, a, summary, dialog, [role=button]") != null;
+    if (event.key !== "Enter" || hand.proposal === null || isTaken) return;
     event.preventDefault();
     void hand.go();
   });
@@ -66,11 +78,16 @@ function aim(context: PanelContext): void {
   if (from !== null) hand.move(arm, pointDown(from, context.store.scene?.arms[arm]?.gripper ?? null));
 }
 
-/** A row of buttons of which one is chosen. */
-function choice<T extends string>(context: PanelContext, label: string, all: readonly T[], about: (one: T) => string, now: () => T, choose: (one: T) => void): HTMLElement {
-  const buttons = all.map((one) => {
-    const node = el("button", { type: "button", class: "button small", title: about(one) }, one);
-    node.addEventListener("click", () => choose(one));
+/** A row of buttons of which one is chosen; `all` has their titles. */
+function choice<T extends string>(
+  context: PanelContext,
+  label: string,
+  all: Record<T, string>,
+  now: () => T,
+  choose: (one: T) => void,
+): HTMLElement {
+  const buttons = (Object.entries(all) as [T, string][]).map(([one, title]) => {
+    const node = plainButton({ class: "button small", title }, () => choose(one), one);
     context.pulse.add(node, () => setAttr(node, "aria-pressed", String(now() === one)));
     return node;
   });
@@ -80,7 +97,8 @@ function choice<T extends string>(context: PanelContext, label: string, all: rea
 /** The two buttons of an axis. */
 function pair(context: PanelContext, jog: Jog, name: string, axis: number): HTMLElement {
   const one = (sign: 1 | -1) => {
-    const node = el("button", { type: "button", class: "button small", "aria-label": `${name} ${sign < 0 ? "minus" : "plus"}` }, sign < 0 ? "−" : "+");
+    const attrs = { type: "button", class: "button small", "aria-label": `${name} ${sign < 0 ? "minus" : "plus"}` };
+    const node = el("button", attrs, sign < 0 ? "−" : "+");
     const press = (fine: boolean) => {
       const refusal = context.hand.refusal();
       if (refusal === null) jog.press(context.arm, axis, sign, fine);

@@ -25,14 +25,17 @@ export function jointForm(context: PanelContext, arm: number, spec: ArmSpec): HT
   const sliders = own.map((joint, index) => slider(joint, names[index] ?? joint.name));
   const wanted = () => sliders.map((one) => one.wanted());
   const why = () => context.cellRefusal() ?? handRefusal(context);
-  const sender = new LatestOnly(() => context.send({ do: "joints", arm, positions: wanted(), contact_limit_n: context.hand.contactLimit_n }));
+  const sender = new LatestOnly(() =>
+    context.send({ do: "joints", arm, positions: wanted(), contact_limit_n: context.hand.contactLimit_n }),
+  );
   let touchedAt: number | null = null;
   const reason = el("p", { class: "dim" });
+  const heads = ["joint", "target", "", "measured", "setpoint"].map((word) => el("span", {}, word));
   const root = el(
     "form",
     { class: "joint-form", "aria-label": "Joint targets" },
     el("h3", {}, "Joint targets"),
-    el("div", { class: "joint-slider dim" }, ...["joint", "target", "", "measured", "setpoint"].map((word) => el("span", {}, word))),
+    el("div", { class: "joint-slider dim" }, ...heads),
     ...sliders.map((one) => one.root),
     reason,
   );
@@ -46,7 +49,8 @@ export function jointForm(context: PanelContext, arm: number, spec: ArmSpec): HT
     const refusal = why();
     setText(reason, refusal ?? "");
     setTitle(root, refusal ?? `$ ${context.onCell(twin(context, arm, wanted()))}`);
-    const isIdle = touchedAt === null || (performance.now() - touchedAt > LET_GO_MS && state !== undefined && rests(state));
+    const isIdle =
+      touchedAt === null || (performance.now() - touchedAt > LET_GO_MS && state !== undefined && rests(state));
     if (refusal !== null || isIdle) touchedAt = null;
     for (const [index, one] of sliders.entries()) {
       one.input.disabled = refusal !== null;
@@ -69,7 +73,8 @@ function slider(joint: JointSpec, short: string): Slider {
   const isLinear = joint.kind === "prismatic";
   const [scale, unit] = isLinear ? [1000, "mm"] : [180 / Math.PI, "°"];
   const [min, max] = [scale * joint.lower, scale * joint.upper];
-  const input = el("input", { type: "range", min, max, step: "any", "aria-label": `${joint.name} (${isLinear ? "mm" : "degrees"})` });
+  const label = `${joint.name} (${isLinear ? "mm" : "degrees"})`;
+  const input = el("input", { type: "range", min, max, step: "any", "aria-label": label });
   const text = (value: number) => `${value.toFixed(1)}${isLinear ? " " : ""}${unit}`;
   const target = el("output", { class: "num" });
   const cells = [el("span", { class: "num" }), el("span", { class: "num dim" })] as const;
@@ -87,8 +92,9 @@ function slider(joint: JointSpec, short: string): Slider {
     input.dispatchEvent(new Event("input", { bubbles: true }));
   });
   setTitle(input, `${joint.name}: ${text(min)} to ${text(max)}`);
+  const name = el("span", { class: "name", title: joint.name }, short);
   return {
-    root: el("div", { class: "joint-slider" }, el("span", { class: "name", title: joint.name }, short), input, target, ...cells),
+    root: el("div", { class: "joint-slider" }, name, input, target, ...cells),
     input,
     wanted: () => Math.min(Math.max(Number(input.value) / scale, joint.lower), joint.upper),
     show(measured, setpoint, follows) {

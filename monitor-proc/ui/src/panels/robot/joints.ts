@@ -15,7 +15,9 @@ const CLIP_SHOWN_MS = 600;
 
 export function joints(context: PanelContext, arm: number, spec: ArmSpec): HTMLElement {
   const names = shortNames(spec.joints.map(({ name }) => name));
-  const rows = spec.joints.map((joint, index) => jointRow(joint, names[index] ?? joint.name, index, index < spec.arm_joints));
+  const rows = spec.joints.map((joint, index) =>
+    jointRow(joint, names[index] ?? joint.name, index, index < spec.arm_joints),
+  );
   const head = el(
     "div",
     { class: "joint joint-head dim" },

@@ -1,6 +1,6 @@
 // A target of the tool in numbers.
-import type { Pose } from "../../net/protocol";
 import { CONTACT_LIMIT_N } from "../../hand/hand";
+import type { Pose } from "../../net/protocol";
 import { button } from "../button";
 import type { PanelContext } from "../context";
 import { el, setText } from "../dom";
@@ -11,8 +11,12 @@ const FIELDS = ["x", "y", "z", "roll", "pitch", "yaw"] as const;
 
 export function targetForm(context: PanelContext): HTMLElement {
   const { hand } = context;
-  const inputs = FIELDS.map((name, index) =>
-    el("input", { type: "number", step: index < 3 ? 0.005 : 1, "aria-label": name, title: index < 3 ? `${name} in metres, world frame` : `${name} in degrees` }),
+  const inputs = FIELDS.map((name, index) => {
+    const [step, unit] = index < 3 ? [0.005, "metres, world frame"] : [1, "degrees"];
+    return el("input", { type: "number", step, "aria-label": name, title: `${name} in ${unit}` });
+  });
+  const labels = FIELDS.map((name, index) =>
+    el("label", {}, `${name} (${index < 3 ? "m" : "°"})`, inputs[index] ?? ""),
   );
   const numbers = () => inputs.map((input) => Number.parseFloat(input.value));
   const why = () => {
@@ -71,7 +75,7 @@ export function targetForm(context: PanelContext): HTMLElement {
     "form",
     { class: "target-form", "aria-label": "Target of the tool" },
     el("h3", {}, "Target of the tool"),
-    el("div", { class: "target-fields" }, ...FIELDS.map((name, index) => el("label", {}, `${name} (${index < 3 ? "m" : "°"})`, inputs[index] ?? ""))),
+    el("div", { class: "target-fields" }, ...labels),
     el("div", { class: "row" }, here, go, stopAt(context), reason),
   );
   form.addEventListener("submit", (event) => {
@@ -100,7 +104,8 @@ export function targetForm(context: PanelContext): HTMLElement {
 /** The contact force at which the arm stops. */
 function stopAt(context: PanelContext): HTMLElement {
   const { hand } = context;
-  const input = el("input", { type: "number", min: 1, max: 1000, step: 5, value: hand.contactLimit_n, "aria-label": "Contact force at which the arm stops (N)" });
+  const attrs = { type: "number", min: 1, max: 1000, step: 5, value: hand.contactLimit_n };
+  const input = el("input", { ...attrs, "aria-label": "Contact force at which the arm stops (N)" });
   input.addEventListener("change", () => {
     const value = Number.parseFloat(input.value);
     const isAllowed = value >= 1 && value <= 1000;
@@ -108,5 +113,6 @@ function stopAt(context: PanelContext): HTMLElement {
     else context.notify("a contact force has 1 to 1000 N", true);
     input.value = String(hand.contactLimit_n);
   });
-  return el("label", { class: "stop-at", title: "The arm stops where it touches something with this force" }, "stop at (N)", input);
+  const title = "The arm stops where it touches something with this force";
+  return el("label", { class: "stop-at", title }, "stop at (N)", input);
 }

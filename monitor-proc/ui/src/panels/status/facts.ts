@@ -43,9 +43,10 @@ export function factsOf(context: PanelContext): Facts {
 
 /** Of a task that only follows a person's target: a job knows what to do about it. */
 function unreached({ snapshot, store: { scene } }: PanelContext): string {
-  if (scene?.task["kind"] !== "reach") return "";
+  if (scene?.task.kind !== "reach") return "";
   const arm = snapshot?.arms.find(isUnreachable);
-  return arm === undefined ? "" : `${(1000 * arm.positionError).toFixed(0)} mm away: ${arm.notReached ?? "unreachable"}`;
+  if (arm === undefined) return "";
+  return `${(1000 * arm.positionError).toFixed(0)} mm away: ${arm.notReached ?? "unreachable"}`;
 }
 
 /** Nearer than this an arm is at its target, and farther than that it is not (m): between them nothing changes. */
@@ -61,7 +62,7 @@ const there = new WeakMap<PanelContext, boolean>();
 /** Where the arm is of a task that only follows a person's target. */
 function target(context: PanelContext): string {
   const led = context.snapshot?.arms.filter(({ goalActive, targetValid }) => goalActive && targetValid) ?? [];
-  if (context.store.scene?.task["kind"] !== "reach") return "";
+  if (context.store.scene?.task.kind !== "reach") return "";
   if (led.length === 0) return "no target";
   const away_m = Math.max(...led.map(({ positionError }) => positionError));
   const isThere = away_m < (there.get(context) === true ? LEFT_M : THERE_M);

@@ -1,21 +1,22 @@
 // The bar above the 3D view with the state of the cell; also in the title of the window.
 import type { Pose } from "../../net/protocol";
 import { handRefusal } from "../actions";
-import { button, type ButtonSpec, showButton } from "../button";
+import { type ButtonSpec, button, showButton } from "../button";
 import type { PanelContext } from "../context";
 import { el, setAttr, setText, setTitle } from "../dom";
 import { copyable } from "../guide/copy";
 import { taskActions } from "../task/actions";
 import { factsOf } from "./facts";
 import { setJoined } from "./joined";
-import { type Action, type Line, lineOf } from "./words";
+import { type Action, joined, type Line, lineOf } from "./words";
 
 export function mountStatus(context: PanelContext, host: HTMLElement): void {
   const { store } = context;
   const state = el("b", { class: "state" });
   const detail = el("span", { class: "detail" });
   const command = el("span", { class: "command" });
-  const buttons = Object.entries(actions(context)).map(([name, spec]) => ({ name: name as Action, node: button(context, spec) }));
+  const specs = Object.entries(actions(context));
+  const buttons = specs.map(([name, spec]) => ({ name: name as Action, node: button(context, spec) }));
   const said = el("div", { class: "said", role: "status" }, state, detail);
   host.replaceChildren(said, command, ...buttons.map(({ node }) => node));
   let shown = "";
@@ -44,7 +45,7 @@ export function mountStatus(context: PanelContext, host: HTMLElement): void {
 
 function titleOf({ state, detail }: Line, demo: string | undefined): string {
   const short = detail.length > 40 ? `${detail.slice(0, 39)}…` : detail;
-  return [short === "" ? state : `${state}: ${short}`, demo ?? "", "robocell"].filter((part) => part !== "").join(" · ");
+  return joined([short === "" ? state : `${state}: ${short}`, demo ?? "", "robocell"]);
 }
 
 /** Where the tool of the selected arm is. */
@@ -84,7 +85,11 @@ function actions(context: PanelContext): Record<Action, ButtonSpec> {
     tool: {
       label: "Target to the tool",
       about: () => "Set the target to where the tool is",
-      twin: () => `robocell target ${tool(context).slice(0, 3).map((value) => value.toFixed(4)).join(" ")}${context.arm === 0 ? "" : ` --arm ${context.arm}`}`,
+      twin: () => {
+        const at = tool(context).slice(0, 3);
+        const which = context.arm === 0 ? "" : ` --arm ${context.arm}`;
+        return `robocell target ${at.map((value) => value.toFixed(4)).join(" ")}${which}`;
+      },
       why: () => why() ?? handRefusal(context),
       primary: () => why() === null && !context.paused,
       run: () => {

@@ -74,13 +74,20 @@ const MANY = 6;
 /** A recording that is nearer to its end is over (s). */
 const END_S = 0.05;
 
-const line = (tone: Tone, state: string, detail: string[], actions: Action[] = []): Line => ({
-  tone,
-  state,
-  detail: detail.filter((part) => part !== "").join(" · "),
-  command: null,
-  actions,
-});
+/** The parts that say something, as one text. */
+export function joined(parts: string[]): string {
+  return parts.filter((part) => part !== "").join(" · ");
+}
+
+function line(
+  tone: Tone,
+  state: string,
+  detail: string[],
+  actions: Action[] = [],
+  command: string | null = null,
+): Line {
+  return { tone, state, detail: joined(detail), command, actions };
+}
 
 export function lineOf(facts: Facts): Line {
   const told = taskOf(facts);
@@ -98,21 +105,24 @@ function clockTime(ms: number): string {
 function connection(facts: Facts, told: Told): Line | null {
   const { link, hello, heard_ms } = facts;
   if (link === "refused") {
-    return { ...line("bad", "Wrong link", ["this page belongs to a run that has ended; the link of the one that runs now is printed by"]), command: "robocell status" };
+    const why = "this page belongs to a run that has ended; the link of the one that runs now is printed by";
+    return line("bad", "Wrong link", [why], [], "robocell status");
   }
   if (link === "connected") return null;
   if (hello === null || heard_ms === null) return line("info", "Connecting", ["no message of the monitor yet"]);
-  const at = clockTime(heard_ms);
-  if (link === "no answer") return line("warn", "No answer", [`since ${at}; the page connects again`, stood(told, facts.paused)]);
+  const [at, last] = [clockTime(heard_ms), stood(told, facts.paused)];
+  if (link === "no answer") return line("warn", "No answer", [`since ${at}; the page connects again`, last]);
   const { command: typed, demo, policy, seed } = hello.run;
-  const command = hello.live ? typed || `robocell run ${demo} --policy ${policy} --seed ${seed}` : `robocell replay ${hello.source ?? "FILE"}`;
+  const command = hello.live
+    ? typed || `robocell run ${demo} --policy ${policy} --seed ${seed}`
+    : `robocell replay ${hello.source ?? "FILE"}`;
   const what = hello.live ? "The cell" : "The replay";
-  return { ...line("stale", `${what} has ended`, [`at ${at}`, stood(told, facts.paused), "this starts it again:"]), command };
+  return line("stale", `${what} has ended`, [`at ${at}`, last, "this starts it again:"], [], command);
 }
 
 /** How the task was at the last moment that is known. */
 function stood({ word, detail, isSpecial }: Told, isPaused: boolean): string {
-  return [`the task was ${isPaused && !isSpecial ? "paused" : word.toLowerCase()}`, ...detail].filter((part) => part !== "").join(" · ");
+  return joined([`the task was ${isPaused && !isSpecial ? "paused" : word.toLowerCase()}`, ...detail]);
 }
 
 /** A word and what the task did, for a moment that is not now. */
@@ -130,33 +140,42 @@ function source(facts: Facts, told: Told): Line | null {
     const isOver = shown_s >= newest_s - END_S && newest_s > 0;
     const end = isOver ? (told.isSpecial ? "at its end" : "the recording ends here") : "";
     const time = `${tenths(shown_s)} of ${tenths(newest_s)}`;
-    return line(told.tone === "bad" ? "bad" : "info", state, [...detail, end, time, count, hello.source ?? hello.run.demo]);
+    const parts = [...detail, end, time, count, hello.source ?? hello.run.demo];
+    return line(told.tone === "bad" ? "bad" : "info", state, parts);
   }
   if (!past) return null;
-  if (earlierSeed !== null) return line("warn", "Past", [`${shown_s.toFixed(2)} s of seed ${earlierSeed}, whose run has ended`]);
-  return line("warn", state, [...detail, `${shown_s.toFixed(2)} s, ${Math.max(0, newest_s - shown_s).toFixed(1)} s before now`]);
+  if (earlierSeed !== null)
+    return line("warn", "Past", [`${shown_s.toFixed(2)} s of seed ${earlierSeed}, whose run has ended`]);
+  const before_s = Math.max(0, newest_s - shown_s);
+  return line("warn", state, [...detail, `${shown_s.toFixed(2)} s, ${before_s.toFixed(1)} s before now`]);
 }
 
 function clock({ paused, pauseCause }: Facts, told: Told): Line | null {
   if (!paused) return null;
   const { state, detail } = around(told, "Paused");
-  return line(told.tone === "bad" ? "bad" : "warn", state, [...detail, pauseCause === "by an operator" ? "paused by an operator" : pauseCause], ["play", ...told.actions.filter((action) => action !== "start")]);
+  const why = pauseCause === "by an operator" ? "paused by an operator" : pauseCause;
+  const others = told.actions.filter((action) => action !== "start");
+  return line(told.tone === "bad" ? "bad" : "warn", state, [...detail, why], ["play", ...others]);
 }
 
 /** How the task is at the moment shown: one word for bar, badge and title. */
 export function taskOf(facts: Facts): Told {
   const { task, taskPaused, startEvent, held, unreached, lost, fallen, since } = facts;
-  const told = (tone: Tone, word: string, detail: string[], actions: Action[] = [], isSpecial = true): Told => ({ tone, word, isSpecial, detail, actions });
+  const told = (tone: Tone, word: string, detail: string[], actions: Action[] = [], isSpecial = true): Told => {
+    return { tone, word, isSpecial, detail, actions };
+  };
   if (task === null) return told("info", "Starting", ["no decision of the task yet"], [], false);
   if (task.outcome === "failed") return told("bad", "Failed", [failed(task, lost)], ["again", "moment"]);
   const phase = words(facts.phase);
   const wait = task.wait === "" ? phase : task.wait;
   // A task that does not notice a loss tries for ever.
   const isDone = task.outcome === "done" && !since.isAgain;
-  if (lost.length > 0 && !isDone) return told("bad", "Object lost", [`${named(lost)}`, wait, ...held, taskPaused ? "task paused" : ""], ["reset"]);
+  if (lost.length > 0 && !isDone)
+    return told("bad", "Object lost", [`${named(lost)}`, wait, ...held, taskPaused ? "task paused" : ""], ["reset"]);
   if (taskPaused) return told("warn", "Task paused", ["you lead the arm and the gripper", phase], ["resume"]);
   const gone = [...lost, ...fallen];
-  if (isDone) return told(lost.length > 0 ? "warn" : "ok", "Done", [...finished(facts, task), ...outside(gone)], ["again"]);
+  if (isDone)
+    return told(lost.length > 0 ? "warn" : "ok", "Done", [...finished(facts, task), ...outside(gone)], ["again"]);
   const again = () => told("warn", sentence(PICKING_UP), [phase, gripsLost(task), ...outside(gone)]);
   if (since.isPickingUp) return again();
   if (startEvent && !task.started) return told("info", "Waiting", ["for the start event"], ["start"], false);

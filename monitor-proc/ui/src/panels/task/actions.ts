@@ -45,7 +45,8 @@ export function taskActions(context: PanelContext): Record<TaskAction, ButtonSpe
     },
     reset: {
       label: "Reset Task",
-      about: () => "Open the gripper, send the arm to its default pose, put the task back to its beginning; the scene stays as it is",
+      about: () =>
+        "Open the gripper, send the arm to its default pose, put the task back to its beginning; the scene stays as it is",
       twin: () => "robocell task reset",
       why,
       run: async () => {
@@ -58,7 +59,8 @@ export function taskActions(context: PanelContext): Record<TaskAction, ButtonSpe
 
 async function again(context: PanelContext, startEvent: boolean): Promise<void> {
   const start = startEvent ? ([{ do: "task_start" }] as const) : [];
-  if (await context.send({ do: "reset" }, { do: "resume" }, ...start)) context.notify("the scene was reset; the task restarts");
+  if (await context.send({ do: "reset" }, { do: "resume" }, ...start))
+    context.notify("the scene was reset; the task restarts");
 }
 
 async function perform(context: PanelContext): Promise<void> {

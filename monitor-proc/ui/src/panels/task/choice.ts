@@ -3,7 +3,7 @@ import { phaseOf } from "../../net/phases";
 import type { Graph } from "../../net/protocol";
 import type { Store } from "../../net/store";
 import type { PanelContext } from "../context";
-import { el, setAttr } from "../dom";
+import { el, plainButton, setAttr } from "../dom";
 
 export class GraphChoice {
   readonly root = el("div", { class: "segments graph-choice", role: "group", "aria-label": "Graph", hidden: true });
@@ -55,13 +55,12 @@ export class GraphChoice {
   }
 
   private fill(graphs: Graph[]): void {
-    const buttons = graphs.map((graph, index) => {
-      const button = el("button", { type: "button", class: "button small" }, graph.name);
-      button.addEventListener("click", () => {
+    const buttons = graphs.map(({ name }, index) => {
+      const run = () => {
         this.keep();
         this.choose(index);
-      });
-      return button;
+      };
+      return plainButton({ class: "button small" }, run, name);
     });
     this.root.replaceChildren(...buttons);
     this.root.hidden = graphs.length < 2;

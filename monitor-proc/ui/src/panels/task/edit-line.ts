@@ -1,7 +1,7 @@
 // How the policy is changed: in the editor of the page, or on disk and by a restart.
 import { button } from "../button";
 import type { PanelContext } from "../context";
-import { el } from "../dom";
+import { el, spacer } from "../dom";
 import type { GraphChoice } from "./choice";
 import { policyButton } from "./policy/button";
 
@@ -18,10 +18,12 @@ export function editLine(context: PanelContext, choice: GraphChoice): HTMLElemen
   const tell = () => {
     const kind = choice.graph?.kind ?? "";
     const schema = kind === "tree" ? "tree" : "machine";
-    const twin = el("code", { title: "Prints the schema of the file, for another editor" }, `robocell schema ${schema}`);
-    about.replaceChildren(kind === "code" ? "This policy is code." : twin);
+    const title = "Prints the schema of the file, for another editor";
+    about.replaceChildren(
+      kind === "code" ? "This policy is code." : el("code", { title }, `robocell schema ${schema}`),
+    );
   };
   choice.on(tell);
   tell();
-  return el("div", { class: "edit-line dim" }, about, el("span", { class: "spacer" }), policyButton(context), restart);
+  return el("div", { class: "edit-line dim" }, about, spacer(), policyButton(context), restart);
 }

@@ -1,7 +1,7 @@
 // Rows of the events: equal lines that are told again and again have one row with their count.
 import type { LogLine } from "../../net/protocol";
 import type { PanelContext } from "../context";
-import { el, setText, setTitle } from "../dom";
+import { el, plainButton, setText, setTitle } from "../dom";
 import { openIncident } from "../incident/index";
 import { lookAt } from "../seek";
 
@@ -38,7 +38,8 @@ function equalRow(list: HTMLElement, line: LogLine): HTMLElement | null {
   let node = list.lastElementChild as HTMLElement | null;
   for (let left = line.text.startsWith(WARNING) ? LAST_ROWS : 1; node !== null && left > 0; left--) {
     const first = rows.get(node)?.lines[0];
-    if (first !== undefined && first.mark === null && first.text === line.text && first.epoch === line.epoch) return node;
+    if (first !== undefined && first.mark === null && first.text === line.text && first.epoch === line.epoch)
+      return node;
     node = node.previousElementSibling as HTMLElement | null;
   }
   return null;
@@ -59,11 +60,12 @@ export function showRow(node: Element, until_s: number): void {
 }
 
 function row(context: PanelContext, line: LogLine, about: string): HTMLElement {
-  const time = el("button", { type: "button", class: "event-time num", title: "Look at this moment", tabindex: -1 });
+  const attrs = { class: "event-time num", title: "Look at this moment", tabindex: -1 };
+  const time = plainButton(attrs, () => lookAt(context, made.newest));
   const count = el("b", { class: "event-count num", hidden: true });
-  const node = el("div", { class: "event", "data-kind": line.kind, "data-about": about }, time, el("span", {}, words(context, line)), count);
-  const made = { lines: [line], newest: line, time, count };
-  time.addEventListener("click", () => lookAt(context, made.newest));
+  const text = el("span", {}, words(context, line));
+  const node = el("div", { class: "event", "data-kind": line.kind, "data-about": about }, time, text, count);
+  const made: Row = { lines: [line], newest: line, time, count };
   if (line.mark !== null) node.dataset.mark = line.mark;
   if (line.text.startsWith(WARNING)) node.dataset.tone = "warn";
   rows.set(node, made);
@@ -73,7 +75,5 @@ function row(context: PanelContext, line: LogLine, about: string): HTMLElement {
 function words(context: PanelContext, line: LogLine): HTMLElement | string {
   const number = line.incident;
   if (number === undefined) return line.text;
-  const open = el("button", { type: "button", class: "event-open", tabindex: -1 }, line.text);
-  open.addEventListener("click", () => void openIncident(context, number));
-  return open;
+  return plainButton({ class: "event-open", tabindex: -1 }, () => openIncident(context, number), line.text);
 }

@@ -1,7 +1,8 @@
 // What was said, newest last, with a filter.
 import type { LogLine } from "../../net/protocol";
 import type { PanelContext } from "../context";
-import { el, setAttr, setText } from "../dom";
+import { el, plainButton, setAttr, setText } from "../dom";
+import { lastScroll } from "../last-scroll";
 import { addRow, showRow, timeOf } from "./event-row";
 
 const SHOWN = 400;
@@ -46,20 +47,12 @@ export function eventLog(context: PanelContext): HTMLElement {
     });
   };
   // Lines that come meanwhile, and the browser itself, scroll it too: only what follows a person's hand counts.
-  let handAt = -Infinity;
-  const byHand = () => {
-    handAt = performance.now();
-  };
-  for (const kind of ["wheel", "pointerdown", "pointermove", "touchmove", "keydown"]) {
-    list.addEventListener(kind, (event) => {
-      if (!(event instanceof PointerEvent) || event.buttons > 0) byHand();
-    }, { passive: true });
-  }
+  const scrolledAt = lastScroll(list);
   list.addEventListener("scroll", () => {
     if (list.clientHeight === 0) return;
     const isAtEnd = list.scrollHeight - list.scrollTop - list.clientHeight < AT_END_PX;
     if (isAtEnd) follows = true;
-    else if (performance.now() - handAt < HAND_MS) follows = false;
+    else if (performance.now() - scrolledAt() < HAND_MS) follows = false;
   });
   new ResizeObserver(follow).observe(list);
   list.addEventListener("keydown", (event) => moveFocus(list, event));
@@ -92,13 +85,15 @@ export function eventLog(context: PanelContext): HTMLElement {
   };
   filter.addEventListener("input", rebuild);
   const chips = KINDS.map((kind) => {
-    const chip = el("button", { type: "button", class: "button small", title: `Show or hide ${kind} lines`, "aria-pressed": String(!unwanted.has(kind)) }, kind);
-    chip.addEventListener("click", () => {
+    const show = () => setAttr(chip, "aria-pressed", String(!unwanted.has(kind)));
+    const toggle = () => {
       if (!unwanted.delete(kind)) unwanted.add(kind);
       localStorage.setItem(KEY, [...unwanted].join(" ").trim());
-      setAttr(chip, "aria-pressed", String(!unwanted.has(kind)));
+      show();
       rebuild();
-    });
+    };
+    const chip = plainButton({ class: "button small", title: `Show or hide ${kind} lines` }, toggle, kind);
+    show();
     return chip;
   });
   store.on("hello", rebuild);
@@ -136,7 +131,8 @@ export function eventLog(context: PanelContext): HTMLElement {
     }
     if (now === Infinity) follows = followed;
     // The newest line of the moment that is shown is in view; later ones of a recording take no room.
-    if (now !== Infinity && now !== replayed_s() && last !== null) list.scrollTop += last.getBoundingClientRect().bottom - list.getBoundingClientRect().bottom;
+    if (now !== Infinity && now !== replayed_s() && last !== null)
+      list.scrollTop += last.getBoundingClientRect().bottom - list.getBoundingClientRect().bottom;
     else follow();
   });
   rebuild();
@@ -149,7 +145,8 @@ function toEnd(list: HTMLElement): void {
   list.scrollTop = list.scrollHeight;
   const { top } = list.getBoundingClientRect();
   let node = list.lastElementChild;
-  while (node !== null && ((node as HTMLElement).hidden || node.getBoundingClientRect().top > top)) node = node.previousElementSibling;
+  while (node !== null && ((node as HTMLElement).hidden || node.getBoundingClientRect().top > top))
+    node = node.previousElementSibling;
   const cut_px = node === null ? 0 : node.getBoundingClientRect().bottom - top;
   // One that fills the list is better cut than away.
   if (node === null || cut_px > list.clientHeight / 2 || top - node.getBoundingClientRect().top < 1) return;

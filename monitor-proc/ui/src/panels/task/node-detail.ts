@@ -1,7 +1,7 @@
 // The node that was clicked: its type, its ports and its breakpoint.
 import { button } from "../button";
 import type { PanelContext } from "../context";
-import { el, setText } from "../dom";
+import { el, plainButton, setText, spacer } from "../dom";
 import { breakRefusal, breaksOf, breakTwin, toggleBreak } from "./breaks/state";
 
 const STATUS: Record<string, string> = { R: "running", S: "succeeded", F: "failed", I: "not ticked" };
@@ -25,10 +25,10 @@ export class NodeDetail {
     const node = context.store.graphs[this.graph()]?.nodes[index];
     if (node === undefined) return;
     this.node = index;
-    const close = el("button", { type: "button", class: "button icon-only quiet", "aria-label": "Close" }, "×");
-    close.addEventListener("click", () => this.hide());
+    const close = plainButton({ class: "button icon-only quiet", "aria-label": "Close" }, () => this.hide(), "×");
     const about = el("span", { class: "dim" });
-    const head = el("div", { class: "row" }, el("b", {}, node.name), about, el("span", { class: "spacer" }), this.breaker(node.name), close);
+    const name = el("b", {}, node.name);
+    const head = el("div", { class: "row" }, name, about, spacer(), this.breaker(node.name), close);
     const ports = node.detail === "" ? ["no ports"] : split(node.detail);
     const lines = ports.map((port) => el("code", { class: "port" }, port));
     const tell = () => {

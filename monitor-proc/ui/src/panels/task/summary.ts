@@ -4,13 +4,21 @@ import type { Status } from "../../net/protocol";
 import { FLAG } from "../../net/snapshot";
 import type { Store } from "../../net/store";
 import type { PanelContext } from "../context";
-import { el, setAttr, setText } from "../dom";
+import { el, setAttr, setText, spacer } from "../dom";
 import { words } from "../format";
 import { factsOf } from "../status/facts";
 import { taskOf } from "../status/words";
 import { term } from "../terms";
 
-const COUNTERS = ["drops", "resyncs", "aborts", "recoveries", "limit_violations", "obstacle_contacts", "self_contacts"] as const;
+const COUNTERS = [
+  "drops",
+  "resyncs",
+  "aborts",
+  "recoveries",
+  "limit_violations",
+  "obstacle_contacts",
+  "self_contacts",
+] as const;
 
 const NAMES: Partial<Record<string, string>> = {
   limit_violations: "limits",
@@ -102,7 +110,7 @@ export function taskSummary(context: PanelContext): HTMLElement {
   return el(
     "div",
     { class: "summary" },
-    el("div", { class: "row" }, outcome, phase, el("span", { class: "spacer" }), source),
+    el("div", { class: "row" }, outcome, phase, spacer(), source),
     reason,
     wait,
     el("div", { class: "counters" }, ...counters.map(({ node }) => node)),

@@ -90,8 +90,10 @@ export function valueTables(context: PanelContext, choice: GraphChoice): HTMLEle
     keys.clear();
     show(true);
   };
-  const head = (name: string, key: string, table: Table) => el("div", { class: "value-group" }, el("h4", {}, term(name, key)), table.root);
-  const root = el("div", { class: "value-tables scroll", tabindex: 0 }, empty, head("Guards", "guard", guards), head("Keys", "keys", keys));
+  const head = (name: string, key: string, table: Table) =>
+    el("div", { class: "value-group" }, el("h4", {}, term(name, key)), table.root);
+  const groups = [head("Guards", "guard", guards), head("Keys", "keys", keys)];
+  const root = el("div", { class: "value-tables scroll", tabindex: 0 }, empty, ...groups);
   choice.on(begin);
   store.on("graph", () => show(false));
   context.pulse.add(root, () => show(false));
@@ -130,7 +132,9 @@ function keyValues(store: Store, at: number): Map<string, Value> {
       const own = name in (store.keys[at] ?? {}) || !(name in first);
       const since = store.ages.ofKey(own ? at : 0, name);
       const about = since === null ? text : `${text}\nset ${since.toFixed(1)} s ago (simulated time)`;
-      return [name, { text, age: since === null || isFresh(since) ? "" : `${since.toFixed(0)} s`, dim: false, fresh: isFresh(since), about }];
+      const fresh = isFresh(since);
+      const age = since === null || fresh ? "" : `${since.toFixed(0)} s`;
+      return [name, { text, age, dim: false, fresh, about }];
     }),
   );
 }

@@ -25,7 +25,9 @@ export function movedApart(places: Place[], length_px: number): Map<Place, numbe
   let shown = [...places].sort((one, other) => one.at_px - other.at_px);
   for (;;) {
     const blocks = spread(shown, length_px);
-    const covered = new Set(blocks.filter((block) => farthest(block) > FAR_PX).flatMap(({ all }) => all.filter(({ isQuiet }) => isQuiet)));
+    const covered = new Set(
+      blocks.filter((block) => farthest(block) > FAR_PX).flatMap(({ all }) => all.filter(({ isQuiet }) => isQuiet)),
+    );
     if (covered.size === 0) return new Map(blocks.flatMap(moves));
     shown = shown.filter((place) => !covered.has(place));
   }

@@ -18,13 +18,15 @@ interface Episode {
 function drawn({ seed, outcome, reason, length_s }: Episode): HTMLElement {
   const tone = { done: "ok", failed: "bad" }[outcome] ?? "dim";
   const why = reason === "" ? "" : `: ${words(reason)}`;
-  return el("i", { "data-tone": tone, title: `Seed ${seed}: ${outcome}${why}, ${length_s.toFixed(1)} s` }, String(seed));
+  const title = `Seed ${seed}: ${outcome}${why}, ${length_s.toFixed(1)} s`;
+  return el("i", { "data-tone": tone, title }, String(seed));
 }
 
 export function episodes(context: PanelContext): HTMLElement {
   const { store } = context;
   const list = el("div", { class: "episode-list" });
-  const root = el("div", { class: "episodes", hidden: true, role: "group", "aria-label": "Earlier runs" }, el("span", { class: "lane-name" }, "seeds"), list);
+  const attrs = { class: "episodes", hidden: true, role: "group", "aria-label": "Earlier runs" };
+  const root = el("div", attrs, el("span", { class: "lane-name" }, "seeds"), list);
   let now: Episode | null = null;
   const past: Episode[] = [];
   store.on("status", () => {

@@ -3,14 +3,14 @@
 import { FLAG } from "../../net/snapshot";
 import { button, setIcon } from "../button";
 import type { PanelContext } from "../context";
-import { el, setAttr, setText } from "../dom";
+import { el, plainButton, setAttr, setText } from "../dom";
 import { sentence, tenths } from "../format";
-import { mountLanes } from "./lanes";
 import { episodes } from "./episodes";
+import { mountLanes } from "./lanes";
+import { linkButton } from "./link-button";
 import { drawnMarks } from "./marks";
 import { playback } from "./playback";
 import { seeker } from "./seeker";
-import { linkButton } from "./link-button";
 import { Zoom } from "./zoom";
 
 /** A mark nearer than this to the moment shown is this moment (s). */
@@ -40,7 +40,10 @@ export function mountTimeline(context: PanelContext, host: HTMLElement): void {
   const { store } = context;
   const marks = el("div", { class: "marks" });
   const cursor = el("i", { class: "cursor" });
-  const bar = el("div", { class: "bar", role: "slider", tabindex: 0, "aria-label": "Time shown", title: "Drag to look back; Shift and drag to choose a range that is looped; the wheel zooms, with Shift it moves" }, cursor);
+  const about =
+    "Drag to look back; Shift and drag to choose a range that is looped; the wheel zooms, with Shift it moves";
+  const attrs = { class: "bar", role: "slider", tabindex: 0, "aria-label": "Time shown", title: about };
+  const bar = el("div", attrs, cursor);
   // Marks can be pressed, and a slider has nothing in it that can.
   const track = el("div", { class: "time-track" }, bar, marks);
   const from = el("span", { class: "num dim" });
@@ -89,22 +92,24 @@ export function mountTimeline(context: PanelContext, host: HTMLElement): void {
     });
   };
   listen(track);
-  host.addEventListener("wheel", (event) => {
+  const turn = (event: WheelEvent) => {
     // The lanes scroll where the wheel is over them.
     if (!(event.target instanceof Node) || !track.contains(event.target)) return;
     event.preventDefault();
     zoom.wheel(event.deltaY || event.deltaX, event.shiftKey || event.deltaY === 0, timeAt(event.clientX), recorded());
     draw();
-  }, { passive: false });
-  const whole = el("button", { type: "button", class: "button small quiet", title: "Show all recorded time again", hidden: true }, "All");
-  whole.addEventListener("click", () => {
+  };
+  host.addEventListener("wheel", turn, { passive: false });
+  const showAll = () => {
     zoom.all();
     draw();
-  });
+  };
+  const whole = plainButton({ class: "button small quiet", title: "Show all recorded time again" }, showAll, "All");
   context.toMark = (direction) => {
     const at = store.snapshot?.time ?? 0;
     const { first, last } = recorded();
-    const times = store.marked.filter((line) => line.mark !== null && store.isCurrent(line)).map(({ time_s }) => time_s);
+    const marked = store.marked.filter((line) => line.mark !== null && store.isCurrent(line));
+    const times = marked.map(({ time_s }) => time_s);
     const beyond = times.filter((time) => time >= first && time <= last && direction * (time - at) > SAME_MOMENT_S);
     if (beyond.length === 0) return context.notify(`no ${direction > 0 ? "later" : "earlier"} mark`);
     play.seek(direction > 0 ? Math.min(...beyond) : Math.max(...beyond));
@@ -152,14 +157,17 @@ export function mountTimeline(context: PanelContext, host: HTMLElement): void {
     drawnAt = now;
     draw();
   });
-  const legend = MARKS.map(([mark, about]) => ({ mark, node: el("span", { hidden: true }, el("i", { "data-mark": mark }), about) }));
+  const legend = MARKS.map(([mark, about]) => {
+    return { mark, node: el("span", { hidden: true }, el("i", { "data-mark": mark }), about) };
+  });
   // Only marks that are drawn: one line has no room for all.
   context.pulse.add(host, () => {
     const drawn = new Set([...marks.querySelectorAll<HTMLElement>("[data-mark]")].map(({ dataset }) => dataset.mark));
     for (const { mark, node } of legend) node.hidden = !drawn.has(mark);
   });
   listen(lanes.root);
-  const live = el("div", { class: "row" }, liveButton(context, () => play.seek(null)), lanes.fold, linkButton(context), whole);
+  const toNow = liveButton(context, () => play.seek(null));
+  const live = el("div", { class: "row" }, toNow, lanes.fold, linkButton(context), whole);
   host.replaceChildren(
     live,
     now,
@@ -194,10 +202,11 @@ function liveButton(context: PanelContext, toNow: () => void): HTMLElement {
     icon: "dot",
     label: "Live",
     class: "live",
-    about: () =>
-      replay()
-        ? (context.paused ? "Play the recording" : "Pause the recording")
-        : away() ? "Back to the present" : `You see the present${context.paused ? ", and the clock is paused" : ""}; drag along the bar to look back`,
+    about: () => {
+      if (replay()) return context.paused ? "Play the recording" : "Pause the recording";
+      if (away()) return "Back to the present";
+      return `You see the present${context.paused ? ", and the clock is paused" : ""}; drag along the bar to look back`;
+    },
     twin: () => (replay() ? "robocell replay FILE" : null),
     why: () => (isOver() ? "nothing comes any more" : null),
     run: () => {
@@ -217,7 +226,8 @@ function liveButton(context: PanelContext, toNow: () => void): HTMLElement {
     }
     // The present of a clock that is paused is not live.
     const still = context.paused && !away();
-    if (name !== null) setText(name, replay() ? (still ? "Play" : "Pause") : away() ? "Back to live" : still ? "Paused" : "Live");
+    if (name !== null)
+      setText(name, replay() ? (still ? "Play" : "Pause") : away() ? "Back to live" : still ? "Paused" : "Live");
     setIcon(node, replay() ? (still ? "play" : "pause") : still ? "pause" : "dot");
     const tone = replay() ? "info" : away() ? "warn" : still ? "still" : "ok";
     setAttr(node, "data-tone", tone);

@@ -1,7 +1,7 @@
 // What lasted from when to when, below the bar: task, phases, grips, processes.
 import type { Span } from "../../net/protocol";
 import type { PanelContext } from "../context";
-import { el, setAttr, setText, setTitle } from "../dom";
+import { el, plainButton, setAttr, setText, setTitle } from "../dom";
 import { words } from "../format";
 import { phaseColour } from "../phase-colour";
 import { fits, fitted, ownParts } from "./short";
@@ -59,7 +59,8 @@ export function mountLanes(context: PanelContext, changed: () => void): Lanes {
   const { store } = context;
   const cursor = el("i", { class: "lane-cursor" });
   const tracks = el("div", {});
-  const area = el("div", { class: "lanes", title: "Click to look at a moment" }, el("div", { class: "lane-area" }, tracks, cursor));
+  const inner = el("div", { class: "lane-area" }, tracks, cursor);
+  const area = el("div", { class: "lanes", title: "Click to look at a moment" }, inner);
   // As wide as the bar above, whatever room a scroll bar takes.
   const more = el("span", { class: "lanes-more", hidden: true });
   const root = el("div", { class: "lanes-place" }, area, more);
@@ -79,18 +80,19 @@ export function mountLanes(context: PanelContext, changed: () => void): Lanes {
   new ResizeObserver(() => {
     width = tracks.clientWidth;
   }).observe(tracks);
-  const fold = el("button", { type: "button", class: "button small quiet lanes-button", title: "Phases, grips and processes over time" }, "Lanes");
   let open = (localStorage.getItem(KEY) ?? (innerHeight >= 800 && innerWidth >= 1100 ? "open" : "folded")) === "open";
   const show = () => {
     root.hidden = !open || store.lanes.length === 0;
     setAttr(fold, "aria-expanded", String(open));
   };
-  fold.addEventListener("click", () => {
+  const toggle = () => {
     open = !open;
     localStorage.setItem(KEY, open ? "open" : "folded");
     show();
     changed();
-  });
+  };
+  const attrs = { class: "button small quiet lanes-button", title: "Phases, grips and processes over time" };
+  const fold = plainButton(attrs, toggle, "Lanes");
   let lanes: Lane[] = [];
   let known: Span[] | null = null;
   const sort = () => {
@@ -120,7 +122,8 @@ export function mountLanes(context: PanelContext, changed: () => void): Lanes {
         tellMore();
       }
       const rows = shown.map(({ row }) => row);
-      if (rows.length !== tracks.childElementCount || rows.some((row, index) => tracks.children[index] !== row)) tracks.replaceChildren(...rows);
+      if (rows.length !== tracks.childElementCount || rows.some((row, index) => tracks.children[index] !== row))
+        tracks.replaceChildren(...rows);
       cursor.hidden = now_s < window.first || now_s > window.last;
       cursor.style.left = `${place(now_s, window)}%`;
     },
@@ -131,7 +134,8 @@ export function mountLanes(context: PanelContext, changed: () => void): Lanes {
 function sorted(all: Span[], before: Lane[]): Lane[] {
   const order = ["task", "phase", "grip", "process", "recording"];
   const kinds = new Map(all.map((span) => [span.lane, span.kind]));
-  const names = [...kinds.keys()].sort((one, other) => order.indexOf(kinds.get(one) ?? "") - order.indexOf(kinds.get(other) ?? ""));
+  const rank = (name: string) => order.indexOf(kinds.get(name) ?? "");
+  const names = [...kinds.keys()].sort((one, other) => rank(one) - rank(other));
   return names.map((name) => {
     const spans = all.filter((span) => span.lane === name);
     const old = before.find((lane) => lane.name === name);
@@ -178,7 +182,8 @@ function drawLane({ spans, row, nodes }: Lane, window: TimeSpan, texts: Texts): 
     }
     if (isTiny) tiny_px = from_px;
     const known = nodes.get(span);
-    const node = bar(known, { span, to_s, isTiny }, window, { ...texts, isShort, end: next === undefined ? texts.end : "" });
+    const end = next === undefined ? texts.end : "";
+    const node = bar(known, { span, to_s, isTiny }, window, { ...texts, isShort, end });
     if (known !== undefined) continue;
     nodes.set(span, node);
     row.insertBefore(node, row.lastElementChild);
@@ -198,7 +203,8 @@ function isShortLane(spans: Span[], { first, last }: TimeSpan, texts: Texts): bo
 }
 
 /** A span as it is now, in `known` where it was drawn before. */
-function bar(known: HTMLElement | undefined, { span, to_s, isTiny }: Drawn, window: TimeSpan, texts: Texts): HTMLElement {
+function bar(known: HTMLElement | undefined, drawn: Drawn, window: TimeSpan, texts: Texts): HTMLElement {
+  const { span, to_s, isTiny } = drawn;
   const from = Math.max(span.from_s, window.first);
   const to = Math.min(to_s, window.last);
   const share = Math.max(to - from, 0) / (window.last - window.first);
@@ -209,7 +215,8 @@ function bar(known: HTMLElement | undefined, { span, to_s, isTiny }: Drawn, wind
     node.style.setProperty("--phase", colour);
   }
   const names = labels(span, texts);
-  setTitle(node, `${span.kind === "task" ? names[0] : span.label}\n${span.from_s.toFixed(2)} s to ${to_s.toFixed(2)} s (${(to_s - span.from_s).toFixed(2)} s)`);
+  const time = `${span.from_s.toFixed(2)} s to ${to_s.toFixed(2)} s (${(to_s - span.from_s).toFixed(2)} s)`;
+  setTitle(node, `${span.kind === "task" ? names[0] : span.label}\n${time}`);
   const text = isTiny ? "" : fitted(names, share * texts.width - BESIDE_PX);
   node.classList.toggle("tiny", isTiny);
   node.classList.toggle("blank", text === "");

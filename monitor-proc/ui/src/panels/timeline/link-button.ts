@@ -18,12 +18,17 @@ export function linkButton(context: PanelContext): HTMLElement {
   return button(context, {
     icon: "link",
     class: "icon-only quiet",
-    about: () => (context.flag(FLAG.notLive) ? "Copy a link to this moment" : "Copy a link to now, for when it is past"),
+    about: () =>
+      context.flag(FLAG.notLive) ? "Copy a link to this moment" : "Copy a link to now, for when it is past",
     twin: () => null,
     run: async () => {
       const link = linkOf(context);
-      const copied = await navigator.clipboard?.writeText(link).then(() => true, () => false);
-      context.notify(copied === true ? `Copied ${link}` : link);
+      try {
+        await navigator.clipboard.writeText(link);
+        context.notify(`Copied ${link}`);
+      } catch {
+        context.notify(link);
+      }
     },
   });
 }

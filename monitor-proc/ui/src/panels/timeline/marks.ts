@@ -5,6 +5,7 @@ import type { PanelContext } from "../context";
 import { el } from "../dom";
 import { openIncident } from "../incident/index";
 import { movedApart, type Place } from "./apart";
+import type { TimeSpan } from "./zoom";
 
 /** Incidents closer than this have one mark, so that each can be pressed (pixels). */
 const APART_PX = 24;
@@ -35,7 +36,7 @@ interface Mark {
 }
 
 /** Draws the marks of the log into `host`; to be called when they may have changed. */
-export function drawnMarks(context: PanelContext, host: HTMLElement, span: () => { first: number; last: number }): () => void {
+export function drawnMarks(context: PanelContext, host: HTMLElement, span: () => TimeSpan): () => void {
   const { store } = context;
   // To ask for it in each picture costs a layout of the page.
   let width = 1;
@@ -50,7 +51,8 @@ export function drawnMarks(context: PanelContext, host: HTMLElement, span: () =>
     const fits = (line: LogLine) => at(line) >= first && at(line) <= last && (isFailure(line) || store.isCurrent(line));
     const ends = store.marked.filter(({ mark }) => mark === "done");
     // The last arm and the task end in one moment, which has one mark.
-    const isEnd = ({ mark, time_s }: LogLine) => mark === "part" && ends.some((end) => Math.abs(end.time_s - time_s) < SAME_END_S);
+    const isEnd = ({ mark, time_s }: LogLine) =>
+      mark === "part" && ends.some((end) => Math.abs(end.time_s - time_s) < SAME_END_S);
     const fitting = store.marked.filter((line) => line.mark !== null && fits(line) && !isEnd(line));
     const seen: Seen[] = fitting.map((line) => ({ line, at_s: at(line) }));
     // A lasting state is marked at the start of the window.
@@ -58,7 +60,8 @@ export function drawnMarks(context: PanelContext, host: HTMLElement, span: () =>
     seen.push(...before.map((line) => ({ line, at_s: first, isBefore: true })));
     const hasIncident = seen.some(({ line }) => line.incident !== undefined);
     const apart_s = hasIncident ? (APART_PX / width) * (last - first) : 0;
-    const marks = [...seen.filter(({ line }) => line.incident === undefined).map(plain), ...incidents(context, seen, apart_s)];
+    const others = seen.filter(({ line }) => line.incident === undefined);
+    const marks = [...others.map(plain), ...incidents(context, seen, apart_s)];
     const shown = new Map(marks.map((mark) => [mark.key, nodes.get(mark.key) ?? mark.make()]));
     place(marks, shown, (time_s) => (time_s - first) / (last - first), width);
     const isSame = shown.size === nodes.size && [...shown.keys()].every((key) => nodes.has(key));
@@ -74,7 +77,8 @@ function place(marks: Mark[], nodes: Map<string, HTMLElement>, share: (time_s: n
   const places = new Map(all.map((mark): [Place, Mark] => [{ ...mark, at_px: share(mark.time_s) * width }, mark]));
   const moved = width > 1 ? movedApart([...places.keys()], width) : new Map<Place, number>();
   for (const [at, { key, time_s }] of places) {
-    nodes.get(key)?.style.setProperty("--at", `calc(${(100 * share(time_s)).toFixed(3)}% + ${(moved.get(at) ?? 0).toFixed(1)}px)`);
+    const [percent, px] = [(100 * share(time_s)).toFixed(3), (moved.get(at) ?? 0).toFixed(1)];
+    nodes.get(key)?.style.setProperty("--at", `calc(${percent}% + ${px}px)`);
   }
 }
 
@@ -110,18 +114,18 @@ function incidents(context: PanelContext, seen: Seen[], apart_s: number): Mark[]
     if (group === undefined) groups.push([one]);
     else group.push(one);
   }
-  return groups.map((group) => ({
+  return groups.map((group) => {
+    const lines = group.map(({ line }) => line);
     // Failures within a second are one incident and may still be apart on the bar.
-    key: `incident ${group.map(({ line }) => told(line)).join(" ")}`,
-    time_s: group[0]?.at_s ?? 0,
-    width_px: INCIDENT_PX,
-    isQuiet: false,
-    make: () => opener(context, group.map(({ line }) => line)),
-  }));
+    const key = `incident ${lines.map(told).join(" ")}`;
+    const make = () => opener(context, lines);
+    return { key, time_s: group[0]?.at_s ?? 0, width_px: INCIDENT_PX, isQuiet: false, make };
+  });
 }
 
 function opener(context: PanelContext, lines: LogLine[]): HTMLElement {
-  const about = { "data-mark": "incident", title: lines.map(told).join("\n"), "aria-label": lines.map(({ text }) => text).join("; ") };
+  const [title, label] = [lines.map(told).join("\n"), lines.map(({ text }) => text).join("; ")];
+  const about = { "data-mark": "incident", title, "aria-label": label };
   const count = new Set(lines.map((line) => line.incident)).size;
   const node = el("button", { type: "button", ...about }, count > 1 ? `${count}` : "");
   // The bar under it would look back.

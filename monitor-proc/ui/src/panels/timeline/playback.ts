@@ -2,7 +2,7 @@
 import { FLAG } from "../../net/snapshot";
 import { button, setIcon } from "../button";
 import type { PanelContext } from "../context";
-import { el, setAttr, setOptions, setText } from "../dom";
+import { el, plainButton, setAttr, setOptions, setText } from "../dom";
 import type { Seek } from "./seeker";
 
 const SPEEDS = ["0.1", "0.25", "0.5", "1", "2", "4", "10"];
@@ -70,18 +70,20 @@ export function playback(context: PanelContext, look: Seek): Playback {
     twin: () => null,
     run: () => {
       const time = context.snapshot?.time ?? begin();
-      at = at === null ? { time: time >= end() - LEAST_S || time < begin() ? begin() : time, wall: performance.now() } : null;
+      const start = time >= end() - LEAST_S || time < begin() ? begin() : time;
+      at = at === null ? { time: start, wall: performance.now() } : null;
     },
   });
-  const loop = el("button", { type: "button", class: "button small", "aria-pressed": "false" }, "Loop");
-  loop.addEventListener("click", () => {
+  const toggle = () => {
     loops = !loops;
-  });
-  const clear = el("button", { type: "button", class: "button small quiet", title: "Loop over everything again" }, "Clear range");
-  clear.addEventListener("click", () => {
+  };
+  const loop = plainButton({ class: "button small", "aria-pressed": "false" }, toggle, "Loop");
+  const loopAll = () => {
     range = null;
-  });
-  const root = el("div", { class: "row playback", role: "group", "aria-label": "Playback of the past" }, play, speed, loop, clear);
+  };
+  const clear = plainButton({ class: "button small quiet", title: "Loop over everything again" }, loopAll);
+  const attrs = { class: "row playback", role: "group", "aria-label": "Playback of the past" };
+  const root = el("div", attrs, play, speed, loop, clear);
   context.pulse.add(null, () => {
     root.hidden = !context.flag(FLAG.notLive) && !isReplay();
     // A recording has these two in the bar on top.
@@ -89,7 +91,10 @@ export function playback(context: PanelContext, look: Seek): Playback {
     speed.hidden = isReplay();
     setIcon(play, at === null ? "play" : "pause");
     setAttr(loop, "aria-pressed", String(loops));
-    loop.title = range === null ? "Play again from the beginning; Shift and drag on the bar to choose a range" : `Play ${range[0].toFixed(1)} s to ${range[1].toFixed(1)} s again and again`;
+    loop.title =
+      range === null
+        ? "Play again from the beginning; Shift and drag on the bar to choose a range"
+        : `Play ${range[0].toFixed(1)} s to ${range[1].toFixed(1)} s again and again`;
     clear.hidden = range === null;
     setText(clear, range === null ? "" : `${range[0].toFixed(1)}–${range[1].toFixed(1)} s ×`);
   });

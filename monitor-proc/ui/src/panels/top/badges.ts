@@ -7,11 +7,24 @@ import { roleBadge } from "./role";
 
 const RT = {
   fifo: ["RT", "ok", "Real-time scheduling (SCHED_FIFO) for physics and controllers"],
-  other: ["RT off", "warn", "Ordinary scheduling: the system refuses SCHED_FIFO. `robocell doctor` says how to allow it"],
+  other: [
+    "RT off",
+    "warn",
+    "Ordinary scheduling: the system refuses SCHED_FIFO. `robocell doctor` says how to allow it",
+  ],
   lockstep: ["lockstep", "info", "Lockstep: every cycle waits for the one before; no clock is involved"],
 } as const;
 
-const TONES = { live: "ok", paused: "warn", replay: "info", past: "info", connecting: "info", "no answer": "warn", ended: null, refused: "bad" } as const;
+const LINKS = {
+  connecting: ["info", "No message of the monitor yet"],
+  "no answer": ["warn", "The monitor does not answer; the page connects again"],
+  ended: [null, "The cell has ended; the page shows its last moment"],
+  refused: ["bad", "This page belongs to a run that has ended"],
+  replay: ["info", "A recording: "],
+  past: ["info", "You look at the flight recorder; Live returns to the present"],
+  live: ["ok", "Connected: the page shows the present"],
+  paused: ["warn", "Connected: the page shows the present, and simulated time is paused"],
+} as const;
 
 export function badges(context: PanelContext): HTMLElement {
   const { store } = context;
@@ -32,20 +45,12 @@ export function badges(context: PanelContext): HTMLElement {
   const showLink = () => {
     const replay = store.hello?.live === false;
     const past = context.flag(FLAG.notLive) && !replay;
-    const name = context.link !== "connected" ? context.link : replay ? "replay" : past ? "past" : context.paused ? "paused" : "live";
+    const now = past ? "past" : context.paused ? "paused" : "live";
+    const name = context.link !== "connected" ? context.link : replay ? "replay" : now;
     setText(link, name);
-    setAttr(link, "data-tone", TONES[name]);
-    const about = {
-      connecting: "No message of the monitor yet",
-      "no answer": "The monitor does not answer; the page connects again",
-      ended: "The cell has ended; the page shows its last moment",
-      refused: "This page belongs to a run that has ended",
-      replay: `A recording: ${store.hello?.source ?? ""}`,
-      past: "You look at the flight recorder; Live returns to the present",
-      live: "Connected: the page shows the present",
-      paused: "Connected: the page shows the present, and simulated time is paused",
-    }[name];
-    setTitle(link, about);
+    const [tone, about] = LINKS[name];
+    setAttr(link, "data-tone", tone);
+    setTitle(link, name === "replay" ? about + (store.hello?.source ?? "") : about);
     document.body.classList.toggle("offline", !store.connected);
     document.body.classList.toggle("past", past);
   };

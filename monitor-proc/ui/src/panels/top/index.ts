@@ -8,7 +8,13 @@ import { drawerButtons } from "../drawers";
 import { badges } from "./badges";
 import { sceneForm } from "./scene-form";
 
-export function mountTop(context: PanelContext, host: HTMLElement, act: Actions, steps: HTMLInputElement, help: () => void): void {
+export function mountTop(
+  context: PanelContext,
+  host: HTMLElement,
+  act: Actions,
+  steps: HTMLInputElement,
+  help: () => void,
+): void {
   const clock = el("output", { class: "clock", title: "Simulated time" }, "–");
   const factor = el("output", { class: "factor", title: "Simulated seconds per second" }, "–");
   const cause = el("span", { class: "cause dim" });

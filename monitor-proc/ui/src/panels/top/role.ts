@@ -3,19 +3,18 @@ import type { PanelContext } from "../context";
 import { el, setAttr, setText, setTitle } from "../dom";
 import { popover } from "../popover";
 
+const OTHER = "that is not the operator's token";
+const ABOUT =
+  "The address that `robocell run` prints ends with the operator's token. With it, this page may also command.";
+
 export function roleBadge(context: PanelContext): HTMLElement {
   const badge = el("button", { type: "button", class: "badge role" }, "–");
-  const token = el("input", {
-    type: "password",
-    autocomplete: "off",
-    spellcheck: "false",
-    "aria-label": "Operator token",
-    placeholder: "operator token",
-  });
+  const attrs = { type: "password", autocomplete: "off", spellcheck: "false", placeholder: "operator token" };
+  const token = el("input", { ...attrs, "aria-label": "Operator token" });
   const form = el(
     "form",
     {},
-    el("p", {}, "The address that `robocell run` prints ends with the operator's token. With it, this page may also command."),
+    el("p", {}, ABOUT),
     el("div", { class: "row" }, token, el("button", { class: "button primary" }, "Present")),
   );
   const sheet = el("div", { class: "role-sheet" }, form);
@@ -32,12 +31,8 @@ export function roleBadge(context: PanelContext): HTMLElement {
     setText(badge, role ?? "–");
     // A cell that has ended takes no commands.
     setAttr(badge, "data-tone", role === undefined || context.isStale ? null : role === "operator" ? "ok" : "warn");
-    setTitle(
-      badge,
-      role === "operator"
-        ? "You may command the cell"
-        : "You may look only; click to present the operator's token",
-    );
+    const viewer = "You may look only; click to present the operator's token";
+    setTitle(badge, role === "operator" ? "You may command the cell" : viewer);
   };
   context.store.on("hello", show);
   context.store.on("connection", show);
@@ -54,7 +49,7 @@ async function present(context: PanelContext, token: string): Promise<void> {
     });
     // The socket keeps the role it was opened with.
     if (answer.ok) location.reload();
-    else context.notify(answer.status === 403 ? "that is not the operator's token" : `refused (${answer.status})`, true);
+    else context.notify(answer.status === 403 ? OTHER : `refused (${answer.status})`, true);
   } catch {
     context.notify("the monitor does not answer", true);
   }

@@ -1,7 +1,7 @@
 // Which demo, with which policy, seed and speed, and the button that sets it up.
 import { button } from "../button";
 import type { PanelContext } from "../context";
-import { el, setAttr, setOptions, setText, setTitle } from "../dom";
+import { el, plainButton, setAttr, setOptions, setText, setTitle } from "../dom";
 
 const SPEEDS = ["0.1", "0.5", "1", "2", "5", "10", "50", "max"];
 
@@ -56,7 +56,8 @@ export function sceneForm(context: PanelContext): HTMLElement {
     showSpeed(speed, run.speed);
   });
   context.store.on("status", (status) => {
-    if (status.speed !== null && context.store.hello?.live !== false && document.activeElement !== speed) showSpeed(speed, status.speed);
+    if (status.speed !== null && context.store.hello?.live !== false && document.activeElement !== speed)
+      showSpeed(speed, status.speed);
   });
 
   // What was chosen and is not what runs is not in force yet.
@@ -70,9 +71,9 @@ export function sceneForm(context: PanelContext): HTMLElement {
     label: "Create scene",
     class: "create",
     name: () => (pending() ? "Create scene *" : "Create scene"),
-    about: () => `Replace the scene that runs by this one, which waits for Play${pending() ? ". The choices are not applied yet" : ""}`,
-    twin: () =>
-      `robocell load ${demo.value} --policy ${policy.value} --seed ${seed.value} --speed ${speed.value}`,
+    about: () =>
+      `Replace the scene that runs by this one, which waits for Play${pending() ? ". The choices are not applied yet" : ""}`,
+    twin: () => `robocell load ${demo.value} --policy ${policy.value} --seed ${seed.value} --speed ${speed.value}`,
     why: () => context.cellRefusal() ?? (demo.value === "" ? "no demo is known yet" : null),
     run: async () => {
       const done = await context.send({
@@ -94,13 +95,13 @@ export function sceneForm(context: PanelContext): HTMLElement {
     el("label", {}, "speed", speed),
     create,
   );
-  const opener = el("button", { type: "button", class: "button scene-open", title: "Choose demo, policy, seed and speed" });
+  const attrs = { class: "button scene-open", title: "Choose demo, policy, seed and speed" };
+  const opener = plainButton(attrs, () => open(!form.classList.contains("open")));
   const open = (on: boolean) => {
     form.classList.toggle("open", on);
     setAttr(opener, "aria-expanded", String(on));
   };
   open(false);
-  opener.addEventListener("click", () => open(!form.classList.contains("open")));
   document.addEventListener("pointerdown", (event) => {
     if (!event.composedPath().includes(form) && !event.composedPath().includes(opener)) open(false);
   });
@@ -119,7 +120,8 @@ export function sceneForm(context: PanelContext): HTMLElement {
   });
   context.pulse.add(null, () => {
     const run = context.store.hello?.run;
-    setTitle(speed, `Speed, changed at once. 1: real time; max or another factor: lockstep\n$ ${context.onCell(speedTwin(context, speed.value))}`);
+    const twin = context.onCell(speedTwin(context, speed.value));
+    setTitle(speed, `Speed, changed at once. 1: real time; max or another factor: lockstep\n$ ${twin}`);
     speed.disabled = speedRefusal(context) !== null;
     setText(opener, run === undefined ? "Scene ▾" : `${run.demo} · ${policyNow || run.policy} ▾`);
     create.classList.toggle("pending", pending());

@@ -45,6 +45,7 @@ export class DropLine {
     const millimetres = Math.max(0, 1000 * (from.z - floor.z));
     const { body = null, fixture = null } = hit === undefined ? {} : cell.ownerOf(hit.object);
     const below = body?.name ?? fixture ?? "the floor";
-    labels.show(`drop line ${this.root.id}`, `${millimetres.toFixed(0)} mm to ${below.replaceAll("_", " ")}`, from.clone().lerp(floor, LABEL_SHARE));
+    const text = `${millimetres.toFixed(0)} mm to ${below.replaceAll("_", " ")}`;
+    labels.show(`drop line ${this.root.id}`, text, from.clone().lerp(floor, LABEL_SHARE));
   }
 }

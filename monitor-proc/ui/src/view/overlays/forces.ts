@@ -1,10 +1,19 @@
 // An arrow for the force of every contact, and one of 10 N to compare with.
-import { ConeGeometry, DynamicDrawUsage, Group, InstancedMesh, Matrix4, MeshBasicMaterial, Quaternion, Vector3 } from "three";
+import {
+  ConeGeometry,
+  DynamicDrawUsage,
+  Group,
+  InstancedMesh,
+  Matrix4,
+  MeshBasicMaterial,
+  Quaternion,
+  Vector3,
+} from "three";
 import { nameOf } from "../../net/contacts";
 import type { Contact, Snapshot } from "../../net/snapshot";
 import type { Cell } from "../cell";
 import type { Labels } from "../labels";
-import type { Overlay } from "./overlay";
+import { type Overlay, plainPaint } from "./overlay";
 import { Strokes } from "./strokes";
 
 const COLOUR = 0xff5fa2;
@@ -34,7 +43,7 @@ export class Forces implements Overlay {
   private drawn = 0;
 
   constructor() {
-    const paint = new MeshBasicMaterial({ color: COLOUR, toneMapped: false, fog: false, depthTest: false, transparent: true });
+    const paint = new MeshBasicMaterial({ color: COLOUR, ...plainPaint(true) });
     // Its tip is at the origin.
     const cone = new ConeGeometry(0.005, HEAD_M, 10).translate(0, -HEAD_M / 2, 0);
     this.heads = new InstancedMesh(cone, paint, MOST + 1);

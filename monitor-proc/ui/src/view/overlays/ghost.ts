@@ -39,4 +39,3 @@ export class Ghost implements Overlay {
     return robots;
   }
 }
-

@@ -4,6 +4,11 @@ import type { Snapshot } from "../../net/snapshot";
 import type { Cell } from "../cell";
 import type { Labels } from "../labels";
 
+/** The paint of lines and marks, which light and fog do not change; `over`: they are drawn over all else. */
+export function plainPaint(over: boolean) {
+  return { toneMapped: false, fog: false, depthTest: !over, transparent: over };
+}
+
 /** Something drawn over the cell that can be switched on and off. */
 export interface Overlay {
   readonly name: string;

@@ -1,9 +1,20 @@
 // The places that the task's description names, as flat outlines where an object goes.
-import { BufferGeometry, Color, DoubleSide, Group, LineBasicMaterial, LineLoop, Mesh, MeshBasicMaterial, RingGeometry, Vector3 } from "three";
-import type { Scene } from "../../net/protocol";
+import {
+  BufferGeometry,
+  Color,
+  DoubleSide,
+  Group,
+  LineBasicMaterial,
+  LineLoop,
+  Mesh,
+  MeshBasicMaterial,
+  RingGeometry,
+  Vector3,
+} from "three";
+import type { Scene, Shape } from "../../net/protocol";
 import type { Snapshot } from "../../net/snapshot";
 import type { Cell } from "../cell";
-import type { Overlay } from "./overlay";
+import { type Overlay, plainPaint } from "./overlay";
 
 const COLOUR = new Color(0xffd166);
 const LINE_M = 0.004;
@@ -16,7 +27,7 @@ const CORNERS = 4;
 
 /** Positions in the world (m), by name. */
 function placesOf({ task }: Scene): [string, number[]][] {
-  const all = task["place"];
+  const all = task.place;
   if (typeof all !== "object" || all === null) return [];
   return Object.entries(all).flatMap(([name, place]: [string, unknown]) => {
     const at: unknown = typeof place === "object" && place !== null && "position_m" in place ? place.position_m : null;
@@ -27,14 +38,15 @@ function placesOf({ task }: Scene): [string, number[]][] {
 
 /** Half the width of the widest object (m). */
 function halfWidth({ objects }: Scene): number {
-  const sizes = objects.map(({ shape }) => ("size_m" in shape ? Math.max(shape.size_m[0], shape.size_m[1]) / 2 : USUAL_HALF_M));
-  return Math.max(...sizes, 0) || USUAL_HALF_M;
+  const half = (shape: Shape) => ("size_m" in shape ? Math.max(shape.size_m[0], shape.size_m[1]) / 2 : USUAL_HALF_M);
+  return Math.max(...objects.map(({ shape }) => half(shape)), 0) || USUAL_HALF_M;
 }
 
 /** The corners of a square around the origin, `radius` from it (m). */
 function corners(radius: number): BufferGeometry {
   const angles = Array.from({ length: CORNERS }, (_, corner) => Math.PI / 4 + (2 * Math.PI * corner) / CORNERS);
-  return new BufferGeometry().setFromPoints(angles.map((angle) => new Vector3(radius * Math.cos(angle), radius * Math.sin(angle), 0)));
+  const points = angles.map((angle) => new Vector3(radius * Math.cos(angle), radius * Math.sin(angle), 0));
+  return new BufferGeometry().setFromPoints(points);
 }
 
 export class Places implements Overlay {
@@ -47,8 +59,8 @@ export class Places implements Overlay {
     this.scene = scene;
     this.root.clear();
     const half = halfWidth(scene) + AROUND_M;
-    const paint = new MeshBasicMaterial({ color: COLOUR, side: DoubleSide, toneMapped: false, fog: false });
-    const line = new LineBasicMaterial({ color: COLOUR, toneMapped: false, fog: false });
+    const paint = new MeshBasicMaterial({ color: COLOUR, side: DoubleSide, ...plainPaint(false) });
+    const line = new LineBasicMaterial({ color: COLOUR, ...plainPaint(false) });
     for (const [name, [x = 0, y = 0, z = 0]] of placesOf(scene)) {
       // A ring of four corners is a square.
       const square = new RingGeometry(Math.SQRT2 * half, Math.SQRT2 * (half + LINE_M), CORNERS, 1, Math.PI / 4);

@@ -1,5 +1,6 @@
 // A ring of which a part is filled.
 import { DoubleSide, Group, Mesh, MeshBasicMaterial, RingGeometry } from "three";
+import { plainPaint } from "./overlay";
 
 const SEGMENTS = 64;
 const INNER_M = 0.075;
@@ -26,15 +27,7 @@ export class Ring {
 }
 
 function ring(colour: number, opacity: number): Mesh<RingGeometry, MeshBasicMaterial> {
-  const paint = new MeshBasicMaterial({
-    color: colour,
-    opacity,
-    transparent: true,
-    depthTest: false,
-    side: DoubleSide,
-    toneMapped: false,
-    fog: false,
-  });
+  const paint = new MeshBasicMaterial({ color: colour, opacity, side: DoubleSide, ...plainPaint(true) });
   const mesh = new Mesh(new RingGeometry(INNER_M, OUTER_M, SEGMENTS, 1), paint);
   mesh.raycast = () => {};
   return mesh;

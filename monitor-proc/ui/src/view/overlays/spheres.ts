@@ -1,11 +1,10 @@
 // The spheres of collision avoidance, and a veil over the obstacles they avoid.
 import { Color, Group, InstancedMesh, Matrix4, MeshLambertMaterial, SphereGeometry } from "three";
 import type { Snapshot } from "../../net/snapshot";
-import { place } from "../body";
-import { outline } from "../body";
+import { outline, place } from "../body";
 import type { Cell } from "../cell";
-import { activeObstacles } from "./obstacle";
 import { balls } from "./ball";
+import { activeObstacles } from "./obstacle";
 import type { Overlay } from "./overlay";
 
 const CALM = new Color(0x39a0ff);

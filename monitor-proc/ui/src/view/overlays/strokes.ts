@@ -1,5 +1,13 @@
 // Lines whose ends change with every picture.
-import { BufferAttribute, BufferGeometry, DynamicDrawUsage, LineBasicMaterial, LineSegments, type Vector3 } from "three";
+import {
+  BufferAttribute,
+  BufferGeometry,
+  DynamicDrawUsage,
+  LineBasicMaterial,
+  LineSegments,
+  type Vector3,
+} from "three";
+import { plainPaint } from "./overlay";
 
 export class Strokes {
   readonly lines: LineSegments;
@@ -12,10 +20,7 @@ export class Strokes {
     this.ends.setUsage(DynamicDrawUsage);
     const geometry = new BufferGeometry();
     geometry.setAttribute("position", this.ends);
-    const paint = new LineBasicMaterial({ color: colour, toneMapped: false, fog: false });
-    paint.depthTest = !over;
-    paint.transparent = over;
-    this.lines = new LineSegments(geometry, paint);
+    this.lines = new LineSegments(geometry, new LineBasicMaterial({ color: colour, ...plainPaint(over) }));
     this.lines.renderOrder = 9;
     this.lines.frustumCulled = false;
     this.lines.raycast = () => {};

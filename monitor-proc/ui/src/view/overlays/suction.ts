@@ -73,7 +73,8 @@ export class Suction implements Overlay {
       ring.root.quaternion.multiply(new Quaternion().setFromUnitVectors(RING_AXIS, axis));
       ring.show(load, colour);
       const at = new Vector3(...arm.tcp.slice(0, 3)).setZ(arm.tcp[2] + ABOVE_M);
-      const label = labels.show(`suction ${name}`, `${held}: suction at ${(100 * load).toFixed(0)} % of limit`, at, `load ${tone}`, about(cell, index, arm));
+      const text = `${held}: suction at ${(100 * load).toFixed(0)} % of limit`;
+      const label = labels.show(`suction ${name}`, text, at, `load ${tone}`, about(cell, index, arm));
       label.style.setProperty("--load", `${(100 * load).toFixed(0)}%`);
     });
   }

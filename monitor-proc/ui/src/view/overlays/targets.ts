@@ -5,7 +5,7 @@ import { isUnreachable, type PlannedPath, type Snapshot } from "../../net/snapsh
 import { place } from "../body";
 import type { Cell } from "../cell";
 import type { Labels } from "../labels";
-import type { Overlay } from "./overlay";
+import { type Overlay, plainPaint } from "./overlay";
 import { Strokes } from "./strokes";
 import { triad } from "./triad";
 
@@ -37,7 +37,7 @@ export class Targets implements Overlay {
     this.paths.clear();
     snapshot.arms.forEach((arm, index) => {
       if (index >= MOST_ARMS) return;
-      const goal = (this.goals[index] ??= this.goal(cell.scene.task["kind"] === "reach"));
+      const goal = (this.goals[index] ??= this.goal(cell.scene.task.kind === "reach"));
       const tool = (this.tools[index] ??= this.frame(0.05, 0.0016));
       place(tool, arm.tcp);
       goal.visible = arm.targetValid;
@@ -75,7 +75,7 @@ export class Targets implements Overlay {
   private goal(marked: boolean): Mesh {
     const goal = this.frame(0.09, 0.0028);
     if (!marked) return goal;
-    const paint = new LineBasicMaterial({ color: WAY, toneMapped: false, fog: false, depthTest: false, transparent: true });
+    const paint = new LineBasicMaterial({ color: WAY, ...plainPaint(true) });
     const mark = new LineSegments(new EdgesGeometry(new OctahedronGeometry(MARK_M)), paint);
     mark.name = "target mark";
     mark.renderOrder = 10;

@@ -1,6 +1,16 @@
 // Three arrows: x red, y green, z blue.
-import { BufferGeometry, ConeGeometry, CylinderGeometry, Float32BufferAttribute, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial } from "three";
+import {
+  BufferGeometry,
+  ConeGeometry,
+  CylinderGeometry,
+  Float32BufferAttribute,
+  LineBasicMaterial,
+  LineSegments,
+  Mesh,
+  MeshBasicMaterial,
+} from "three";
 import { mergeGeometries } from "three/addons/utils/BufferGeometryUtils.js";
+import { plainPaint } from "./overlay";
 
 const AXES = [
   { colour: [0.93, 0.24, 0.2], turn: [0, 0, -Math.PI / 2] },
@@ -24,22 +34,10 @@ export function triad(length: number, thickness: number, over: boolean, opacity 
       return geometry;
     });
   });
-  const mesh = new Mesh(
-    mergeGeometries(parts),
-    new MeshBasicMaterial({
-      vertexColors: true,
-      toneMapped: false,
-      fog: false,
-      depthTest: !over,
-      transparent: over || opacity < 1,
-      opacity,
-    }),
-  );
+  const paint = { ...plainPaint(over), vertexColors: true, transparent: over || opacity < 1, opacity };
+  const mesh = new Mesh(mergeGeometries(parts), new MeshBasicMaterial(paint));
   // A line is not thinner than a pixel, whatever the resolution.
-  const lines = new LineSegments(
-    axisLines(length),
-    new LineBasicMaterial({ vertexColors: true, toneMapped: false, fog: false, depthTest: !over, transparent: over || opacity < 1, opacity }),
-  );
+  const lines = new LineSegments(axisLines(length), new LineBasicMaterial(paint));
   for (const part of [mesh, lines]) {
     part.renderOrder = over ? 10 : 0;
     part.raycast = () => {};
@@ -50,9 +48,10 @@ export function triad(length: number, thickness: number, over: boolean, opacity 
 
 /** A line along each axis. */
 function axisLines(length: number): BufferGeometry {
-  const along = [[length, 0, 0], [0, length, 0], [0, 0, length]];
+  const ends = [0, 1, 2].flatMap((axis) => [0, 0, 0, ...[0, 1, 2].map((one) => (one === axis ? length : 0))]);
+  const colours = AXES.flatMap(({ colour }) => [...colour, ...colour]);
   const geometry = new BufferGeometry();
-  geometry.setAttribute("position", new Float32BufferAttribute(along.flatMap((end) => [0, 0, 0, ...end]), 3));
-  geometry.setAttribute("color", new Float32BufferAttribute(AXES.flatMap(({ colour }) => [...colour, ...colour]), 3));
+  geometry.setAttribute("position", new Float32BufferAttribute(ends, 3));
+  geometry.setAttribute("color", new Float32BufferAttribute(colours, 3));
   return geometry;
 }

@@ -40,9 +40,7 @@ function primitive(element: Element): Part | null {
 }
 
 function primitives(link: URDFLink, kind: string): Part[] {
-  const elements = [...(link.urdfNode?.children ?? [])].filter(
-    (node) => node.nodeName.toLowerCase() === kind,
-  );
+  const elements = [...(link.urdfNode?.children ?? [])].filter((node) => node.nodeName.toLowerCase() === kind);
   return elements.map(primitive).filter((found) => found !== null);
 }
 

@@ -1,5 +1,5 @@
 // A robot's dress is a list of parts per link, merged per paint.
-import { type BufferGeometry, Euler, Matrix4, Mesh, Object3D, Quaternion, Vector3 } from "three";
+import { type BufferGeometry, Euler, Matrix4, Mesh, type Object3D, Quaternion, Vector3 } from "three";
 import { mergeGeometries } from "three/addons/utils/BufferGeometryUtils.js";
 import type { Vec3 } from "../../net/protocol";
 import { hasTwin, ofDetail } from "../detail";
@@ -18,12 +18,7 @@ export type Dress = Record<string, () => Part[]>;
 export const QUARTER = Math.PI / 2;
 
 /** A part at `position`, turned about x, then y, then z. */
-export function part(
-  geometry: BufferGeometry,
-  look: Look,
-  position: Vec3 = [0, 0, 0],
-  turn: Vec3 = [0, 0, 0],
-): Part {
+export function part(geometry: BufferGeometry, look: Look, position: Vec3 = [0, 0, 0], turn: Vec3 = [0, 0, 0]): Part {
   geometry.applyMatrix4(
     new Matrix4().compose(
       new Vector3(...position),

@@ -3,11 +3,11 @@ import { Group, type Material, Mesh, type Object3D, Quaternion, Vector3 } from "
 import URDFLoader, { type URDFLink, type URDFRobot } from "urdf-loader";
 import type { ArmSpec, Vec3 } from "../../net/protocol";
 import { eitherOr } from "../detail";
+import { still } from "../still";
 import { fetchedMesh } from "./fetched";
 import { hasShapes, ownParts } from "./own";
 import { pandaDress } from "./panda";
 import { type Dress, meshes } from "./part";
-import { still } from "../still";
 import { ur10Dress } from "./ur10";
 
 const DRESSES: Record<string, Dress | undefined> = { panda: pandaDress, ur10: ur10Dress };
@@ -44,9 +44,7 @@ export class Robot {
     const { robot } = this.spec;
     const dress = Object.hasOwn(DRESSES, robot) ? DRESSES[robot] : undefined;
     const key = `${dress === undefined ? this.spec.urdf.length : ""}${robot}/${name}`;
-    const built = meshes(key, () =>
-      dress === undefined ? ownParts(link, shaped) : (dress[name]?.() ?? []),
-    );
+    const built = meshes(key, () => (dress === undefined ? ownParts(link, shaped) : (dress[name]?.() ?? [])));
     for (const mesh of built) this.put(link, mesh);
     if (!this.spec.meshes.includes(name)) return;
     void fetchedMesh(robot, name).then((fetched) => {

@@ -2,10 +2,10 @@
 // monitor asks physics for it.
 import { Group, Mesh, MeshBasicMaterial, type Ray, SphereGeometry } from "three";
 import type { Vec3 } from "../../net/protocol";
-import type { Store } from "../../net/store";
 import { FLAG } from "../../net/snapshot";
-import type { Body, Cell } from "../cell";
+import type { Store } from "../../net/store";
 import type { Camera } from "../camera";
+import type { Body, Cell } from "../cell";
 import type { Labels } from "../labels";
 import { DropLine } from "../overlays/drop-line";
 import { Strokes } from "../overlays/strokes";

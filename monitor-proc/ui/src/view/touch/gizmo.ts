@@ -30,7 +30,8 @@ function leads(axis: string, mode: string, frame: Frame): string {
     return `Drag turns the tool ${axis === "E" ? "about the line of sight" : "freely"}; Shift: fine; T: move it`;
   }
   const of = `of the ${frame}`;
-  const direction = { 1: `along ${names} ${of}`, 2: `in the plane ${names} ${of}` }[names.length] ?? "in the plane of the picture";
+  const direction =
+    { 1: `along ${names} ${of}`, 2: `in the plane ${names} ${of}` }[names.length] ?? "in the plane of the picture";
   return `Drag leads the tool ${direction}; Shift: fine; E: turn it`;
 }
 

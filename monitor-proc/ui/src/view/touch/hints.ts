@@ -62,9 +62,11 @@ export class Hints {
     const looks = this.store.hello?.role === "viewer";
     if (hit?.body != null) {
       const { name } = hit.body;
-      return looks ? `Click selects ${name}` : `Shift+drag moves ${name}, with Ctrl up and down; click selects; double click looks closer`;
+      if (looks) return `Click selects ${name}`;
+      return `Shift+drag moves ${name}, with Ctrl up and down; click selects; double click looks closer`;
     }
     const arm = hit?.arm == null ? undefined : cell.scene.arms[hit.arm]?.name;
-    return arm === undefined ? null : `Click selects ${arm} and shows the handle of its target; double click looks closer`;
+    if (arm === undefined) return null;
+    return `Click selects ${arm} and shows the handle of its target; double click looks closer`;
   }
 }

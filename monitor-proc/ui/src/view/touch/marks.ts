@@ -2,7 +2,7 @@
 // force, and the outcome of the last request.
 import { Group, Vector3 } from "three";
 import type { Hand } from "../../hand/hand";
-import { type Contact, type ContactBody, type Snapshot } from "../../net/snapshot";
+import type { Contact, ContactBody, Snapshot } from "../../net/snapshot";
 import type { Store } from "../../net/store";
 import type { Cell } from "../cell";
 import type { Labels } from "../labels";
@@ -33,7 +33,8 @@ export class Marks {
     this.root.add(this.drop.root);
     store.on("newLines", (lines) => {
       const last = lines.filter(({ mark }) => mark === "hand" || mark === "hand_failed").at(-1);
-      if (last !== undefined && store.past === null) this.tell(last.text.replace(/^operator: /, ""), last.mark === "hand_failed");
+      if (last !== undefined && store.past === null)
+        this.tell(last.text.replace(/^operator: /, ""), last.mark === "hand_failed");
     });
   }
 
@@ -50,7 +51,8 @@ export class Marks {
     if (force > LEAST_N) {
       const share = force / this.hand.contactLimit_n;
       const tone = TONES.find(([from]) => share >= from)?.[1] ?? "";
-      const label = labels.show("pressure", `presses with ${force.toFixed(0)} N of ${this.hand.contactLimit_n} N`, tool, `load ${tone}`);
+      const text = `presses with ${force.toFixed(0)} N of ${this.hand.contactLimit_n} N`;
+      const label = labels.show("pressure", text, tool, `load ${tone}`);
       label.style.setProperty("--load", `${(100 * Math.min(share, 1)).toFixed(0)}%`);
     }
     if (this.outcome !== null && this.outcome.arm === cell.scene.arms[index]?.name) {
@@ -72,7 +74,8 @@ export class Marks {
 
 /** Sum of the forces on an arm and on the object it holds (N), as physics counts it. */
 function pressure(contacts: Contact[], arm: number, held: number | null): number {
-  const isOwn = ({ kind, index }: ContactBody) => (kind === "arm" && index === arm) || (kind === "object" && index === held);
+  const isOwn = ({ kind, index }: ContactBody) =>
+    (kind === "arm" && index === arm) || (kind === "object" && index === held);
   const sum = new Vector3();
   for (const { a, b, force } of contacts) {
     if (isOwn(a) !== isOwn(b)) sum.addScaledVector(new Vector3(...force), isOwn(a) ? 1 : -1);

@@ -1,5 +1,5 @@
 // The body under the pointer.
-import { Vector2, Vector3, type Ray } from "three";
+import { type Ray, Vector2, type Vector3 } from "three";
 import type { Cell, Owner } from "../cell";
 import type { Lens } from "../lens";
 import { bodyCaster } from "./layers";
@@ -15,12 +15,7 @@ const NEAR_PX = 12;
 const DIRECTIONS = 8;
 
 /** The ray through a point of `element`, from an event's client coordinates. */
-export function rayAt(
-  x: number,
-  y: number,
-  element: HTMLElement,
-  lens: Lens,
-): Ray {
+export function rayAt(x: number, y: number, element: HTMLElement, lens: Lens): Ray {
   const frame = element.getBoundingClientRect();
   const across = (2 * (x - frame.left)) / frame.width - 1;
   const up = 1 - (2 * (y - frame.top)) / frame.height;

@@ -19,7 +19,13 @@ export class ProposalGhost {
   private answered = "";
   private joints: number[] | null = null;
   private busy = false;
-  private readonly paint = new MeshLambertMaterial({ color: COLOUR, emissive: 0x5a4410, transparent: true, opacity: 0.35, depthWrite: false });
+  private readonly paint = new MeshLambertMaterial({
+    color: COLOUR,
+    emissive: 0x5a4410,
+    transparent: true,
+    opacity: 0.35,
+    depthWrite: false,
+  });
 
   constructor(
     private readonly hand: Hand,

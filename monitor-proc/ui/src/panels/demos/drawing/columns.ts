@@ -14,10 +14,12 @@ const IN_A_ROW = 9;
 export function columnDrawing({ places, levels, base_m }: Slots, first: Bin | undefined): Drawing {
   const high_m = first?.size[2] ?? 0.135;
   const cells = places.map((_, column) => Array.from({ length: levels }, (_, level) => cell(column, level, levels)));
-  const names = places.map((_, column) => svg("text", { x: middle(column), y: levels * HIGH + 16, "text-anchor": "middle" }, String(column + 1)));
+  const under = { y: levels * HIGH + 16, "text-anchor": "middle" };
+  const names = places.map((_, column) => svg("text", { x: middle(column), ...under }, String(column + 1)));
   const [width, height] = [Math.min(places.length, IN_A_ROW) * (WIDE + GAP) + GAP, levels * HIGH + 24];
   const ground = svg("path", { class: "ground", d: `M0 ${levels * HIGH + 3}H${width}` });
-  const root = svg("svg", { class: "job-drawing column-drawing", role: "img", viewBox: `0 0 ${width} ${height}` }, ground, ...cells.flat().map(({ node }) => node), ...names);
+  const attrs = { class: "job-drawing column-drawing", role: "img", viewBox: `0 0 ${width} ${height}` };
+  const root = svg("svg", attrs, ground, ...cells.flat().map(({ node }) => node), ...names);
   const show = (all: Bin[]) => {
     for (const one of cells.flat()) one.set(null);
     for (const bin of all) {

@@ -1,6 +1,6 @@
 // The job of a panel as a drawing with a text alternative.
 import type { Store } from "../../../net/store";
-import { binsOf, type Bin } from "../bin-state";
+import { type Bin, binsOf } from "../bin-state";
 import { columnDrawing } from "./columns";
 import { palletDrawing } from "./pallet";
 import { slotsOf } from "./slots";

@@ -1,5 +1,6 @@
 // The pallet from above: its slots, and each bin over it as it is turned. As the view's
 // camera from above has it, x points up and y to the left.
+import type { Pose } from "../../../net/protocol";
 import { setAttr, svg } from "../../dom";
 import { type Bin, binWords, flightWords } from "../bin-state";
 import type { Drawing } from "./index";
@@ -16,13 +17,18 @@ export function palletDrawing({ places }: Slots, first: Bin | undefined): Drawin
   const [top, left] = [Math.max(...xs) + MARGIN_M, Math.max(...ys) + MARGIN_M];
   const [height, width] = [top - Math.min(...xs) + MARGIN_M, left - Math.min(...ys) + MARGIN_M];
   const at = (x: number, y: number): [number, number] => [SCALE * (left - y), SCALE * (top - x)];
-  const pallet = svg("rect", { class: "pallet", x: 8, y: 8, width: SCALE * width - 16, height: SCALE * height - 16, rx: 6 });
+  const whole = { width: SCALE * width, height: SCALE * height };
+  const inner = { x: 8, y: 8, width: whole.width - 16, height: whole.height - 16 };
+  const pallet = svg("rect", { class: "pallet", ...inner, rx: 6 });
+  const slot = { width: SCALE * long, height: SCALE * wide };
   const slots = places.map(([x, y]) => {
     const [u, v] = at(x, y);
-    return svg("rect", { class: "slot-mark", x: u - (SCALE * long) / 2, y: v - (SCALE * wide) / 2, width: SCALE * long, height: SCALE * wide });
+    return svg("rect", { class: "slot-mark", x: u - slot.width / 2, y: v - slot.height / 2, ...slot });
   });
   const bins = svg("g");
-  const root = svg("svg", { class: "job-drawing pallet-drawing", role: "img", viewBox: `0 0 ${SCALE * width} ${SCALE * height}` }, pallet, ...slots, bins);
+  const viewBox = `0 0 ${whole.width} ${whole.height}`;
+  const attrs = { class: "job-drawing pallet-drawing", role: "img", viewBox };
+  const root = svg("svg", attrs, pallet, ...slots, bins);
   const show = (all: Bin[]) => {
     const shown = all.filter(({ pose }) => pose !== null && isOver(pose[0], pose[1]));
     bins.replaceChildren(...shown.map((bin) => drawn(bin, at)));
@@ -30,7 +36,8 @@ export function palletDrawing({ places }: Slots, first: Bin | undefined): Drawin
   };
   const isOver = (x: number, y: number) => x < top && x > top - height && y < left && y > left - width;
   const words = (all: Bin[]) => {
-    const filled = all.filter(({ place, pose }) => place === "placed" && pose !== null && places.some(([x, y]) => Math.hypot(pose[0] - x, pose[1] - y) < NEAR_M));
+    const isInSlot = ([u, v]: Pose) => places.some(([x, y]) => Math.hypot(u - x, v - y) < NEAR_M);
+    const filled = all.filter(({ place, pose }) => place === "placed" && pose !== null && isInSlot(pose));
     const names = filled.length === 0 ? "" : `: ${filled.map(binWords).join("; ")}`;
     return `Pallet from above: ${filled.length} of ${places.length} slots are filled${names}. ${flightWords(all)}`;
   };
@@ -46,9 +53,11 @@ function drawn(bin: Bin, at: (x: number, y: number) => [number, number]): SVGEle
   const turn = (180 / Math.PI) * Math.atan2(-along[0], -along[1]);
   const [long, wide] = [SCALE * bin.size[0], SCALE * bin.size[1]];
   const box = { x: -long / 2, y: -wide / 2, width: long, height: wide, rx: 3 };
-  const cross = bin.isFlipped ? [svg("path", { d: `M${box.x} ${box.y}L${-box.x} ${-box.y}M${box.x} ${-box.y}L${-box.x} ${box.y}` })] : [];
-  const body = svg("g", { transform: `rotate(${turn.toFixed(1)})` }, svg("rect", box), ...cross);
+  const d = `M${box.x} ${box.y}L${-box.x} ${-box.y}M${box.x} ${-box.y}L${-box.x} ${box.y}`;
+  const cross = bin.isFlipped ? svg("path", { d }) : null;
+  const body = svg("g", { transform: `rotate(${turn.toFixed(1)})` }, svg("rect", box), cross);
   const label = svg("text", { "text-anchor": "middle", dy: "0.35em" }, bin.name);
-  const attrs = { class: "bin", "data-place": bin.place, "data-name": bin.name, transform: `translate(${u.toFixed(1)} ${v.toFixed(1)})` };
+  const transform = `translate(${u.toFixed(1)} ${v.toFixed(1)})`;
+  const attrs = { class: "bin", "data-place": bin.place, "data-name": bin.name, transform };
   return svg("g", attrs, svg("title", {}, binWords(bin)), body, label);
 }

@@ -3,14 +3,12 @@ import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
 import type { PanelContext } from "../../context";
 import { el, setText } from "../../dom";
-import { ticks } from "../../ticks";
+import { AXIS, LINE, ticks } from "../../ticks";
 import { LoadHistory } from "./history";
 
 const HEIGHT = 170;
 /** The load axis ends here (% of the limit). */
 const TOP = 125;
-const AXIS = "#93a1b1";
-const GRID = { stroke: "#232c36", width: 1 };
 const LOAD = "#58a6ff";
 const FORCE = "#4cc38a";
 const LIMIT = "#ff7b72";
@@ -27,14 +25,17 @@ export function loadChart(context: PanelContext): LoadChart {
   const limit_n = context.store.scene?.arms[0]?.gripper?.force_limit_n ?? 0;
   const area = el("div", { class: "load-area", role: "img" });
   const words = el("p", { class: "dim" });
-  const legend = el("p", { class: "dim load-legend" }, key(LOAD), "load (% of the limit of force or torque)", key(FORCE), "force (N)", key(LIMIT), "grip lost");
+  const load = "load (% of the limit of force or torque)";
+  const keys = [key(LOAD), load, key(FORCE), "force (N)", key(LIMIT), "grip lost"];
+  const legend = el("p", { class: "dim load-legend" }, ...keys);
   const chart = new uPlot(options(history, limit_n, area), [[], [], []], area);
   new ResizeObserver(() => {
     if (area.clientWidth > 0) chart.setSize({ width: area.clientWidth, height: HEIGHT });
   }).observe(area);
   const root = el("div", { class: "load-chart" }, el("h3", {}, "Load over time"), area, legend, words);
   // For browser tests.
-  Object.assign(root, { load: { data: () => chart.data, breaks: () => history.breaks.length, cursor: () => history.cursor } });
+  const breaks = () => history.breaks.length;
+  Object.assign(root, { load: { data: () => chart.data, breaks, cursor: () => history.cursor } });
   context.pulse.add(root, () => {
     history.follow();
     const { samples } = history;
@@ -47,7 +48,7 @@ export function loadChart(context: PanelContext): LoadChart {
     setText(words, said);
     area.setAttribute("aria-label", `Load over time. ${said}`);
   });
-  return { root, stop: () => history.stop() };
+  return { root, stop: history.stop };
 }
 
 function key(colour: string): HTMLElement {
@@ -60,13 +61,11 @@ function summary(history: LoadHistory, limit_n: number): string {
   const [from, to] = history.span;
   const most = Math.max(0, ...history.samples.map(({ load }) => load ?? 0));
   const count = history.breaks.length;
-  const broke = count === 0 ? "the grip was not lost" : count === 1 ? "the grip was lost once" : `the grip was lost ${count} times`;
-  return `${from.toFixed(0)} to ${to.toFixed(0)} s: at most ${(100 * most).toFixed(0)} % of the break limit (force: ${limit_n.toFixed(0)} N); ${broke}.`;
+  const often = count === 0 ? "not lost" : count === 1 ? "lost once" : `lost ${count} times`;
+  return `${from.toFixed(0)} to ${to.toFixed(0)} s: at most ${(100 * most).toFixed(0)} % of the break limit (force: ${limit_n.toFixed(0)} N); the grip was ${often}.`;
 }
 
 function options(history: LoadHistory, limit_n: number, area: HTMLElement): uPlot.Options {
-  const axis = { stroke: AXIS, grid: GRID, ticks: GRID, font: "10px system-ui" };
-  const line = { width: 1.5, points: { show: false } };
   return {
     width: Math.max(area.clientWidth, 200),
     height: HEIGHT,
@@ -78,11 +77,11 @@ function options(history: LoadHistory, limit_n: number, area: HTMLElement): uPlo
       force: { range: [0, (TOP / 100) * Math.max(limit_n, 1)] },
     },
     axes: [
-      { ...axis, size: 26, values: ticks("s") },
-      { ...axis, size: 46, values: ticks("%") },
-      { ...axis, scale: "force", side: 1, size: 46, grid: { show: false }, values: ticks("N") },
+      { ...AXIS, size: 26, values: ticks("s") },
+      { ...AXIS, size: 46, values: ticks("%") },
+      { ...AXIS, scale: "force", side: 1, size: 46, grid: { show: false }, values: ticks("N") },
     ],
-    series: [{}, { ...line, stroke: LOAD }, { ...line, stroke: FORCE, scale: "force", dash: [4, 3] }],
+    series: [{}, { ...LINE, stroke: LOAD }, { ...LINE, stroke: FORCE, scale: "force", dash: [4, 3] }],
     hooks: { draw: [(chart) => drawMarks(chart, history)] },
   };
 }

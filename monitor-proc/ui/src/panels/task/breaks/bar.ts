@@ -82,5 +82,6 @@ function listed(context: PanelContext, name: string): HTMLElement {
     why: () => breakRefusal(context),
     run: () => toggleBreak(context, name),
   });
-  return el("li", {}, el("i", { class: "break-mark" }), el("code", {}, name), el("span", { class: "hits dim num", title: "How often it was reached" }), remove);
+  const hits = el("span", { class: "hits dim num", title: "How often it was reached" });
+  return el("li", {}, el("i", { class: "break-mark" }), el("code", {}, name), hits, remove);
 }

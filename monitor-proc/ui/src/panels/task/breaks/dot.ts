@@ -9,12 +9,7 @@ const watching = new WeakSet<PanelContext>();
 /** A dot in the gutter of a line. It is a tab stop unless its line has a key for it. */
 export function breakDot(context: PanelContext, name: string, tabIndex: 0 | -1): HTMLElement {
   const node = el("button", { type: "button", class: "break-dot", tabindex: tabIndex, [WATCHED]: name });
-  node.addEventListener("click", (event) => {
-    event.stopPropagation();
-    toggleBreak(context, name);
-  });
-  watch(context);
-  mark(context, node);
+  listen(context, name, node);
   return node;
 }
 
@@ -22,13 +17,17 @@ export function breakDot(context: PanelContext, name: string, tabIndex: 0 | -1):
 export function breakSpot(context: PanelContext, name: string, x: number, y: number): SVGElement {
   const [target, dot] = [9, 4].map((r) => svg("circle", { cx: x, cy: y, r }));
   const node = svg("g", { class: "break-spot", [WATCHED]: name }, svg("title", {}), target ?? null, dot ?? null);
+  listen(context, name, node);
+  return node;
+}
+
+function listen(context: PanelContext, name: string, node: Element): void {
   node.addEventListener("click", (event) => {
     event.stopPropagation();
     toggleBreak(context, name);
   });
   watch(context);
   mark(context, node);
-  return node;
 }
 
 /** Keeps all dots of the page as the status says. */

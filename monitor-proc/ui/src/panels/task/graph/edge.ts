@@ -7,9 +7,10 @@ let drawings = 0;
 /** The head of all arrows of one drawing, and its name. */
 export function drawHead(): { defs: SVGDefsElement; head: string } {
   const head = `head-${++drawings}`;
-  const marker = { id: head, viewBox: "0 0 8 8", refX: 7, refY: 4, markerWidth: 8, markerHeight: 8, markerUnits: "userSpaceOnUse" };
+  const size = { viewBox: "0 0 8 8", refX: 7, refY: 4, markerWidth: 8, markerHeight: 8, markerUnits: "userSpaceOnUse" };
   const arrow = svg("path", { d: "M0,0.6L8,4L0,7.4z", class: "arrow" });
-  return { defs: svg("defs", {}, svg("marker", { ...marker, orient: "auto-start-reverse" }, arrow)), head };
+  const marker = svg("marker", { id: head, ...size, orient: "auto-start-reverse" }, arrow);
+  return { defs: svg("defs", {}, marker), head };
 }
 
 export function drawEdge(edge: LaidEdge, head: string): SVGGElement {
@@ -21,8 +22,10 @@ export function drawEdge(edge: LaidEdge, head: string): SVGGElement {
 export function drawLabel({ at, text, about }: LaidEdge): SVGGElement | null {
   if (at === null) return null;
   const width = LABEL_CHAR_PX * text.length + 2;
-  const ground = svg("rect", { x: at.x - width / 2, y: at.y - LABEL_HEIGHT_PX / 2, width, height: LABEL_HEIGHT_PX, class: "ground" });
-  return svg("g", { class: "edge" }, svg("title", {}, about), ground, svg("text", { x: at.x, y: at.y + 3, class: "edge-label" }, text));
+  const [x, y] = [at.x - width / 2, at.y - LABEL_HEIGHT_PX / 2];
+  const ground = svg("rect", { x, y, width, height: LABEL_HEIGHT_PX, class: "ground" });
+  const words = svg("text", { x: at.x, y: at.y + 3, class: "edge-label" }, text);
+  return svg("g", { class: "edge" }, svg("title", {}, about), ground, words);
 }
 
 /** A smooth line through the corners that the layout gave. */

@@ -4,6 +4,8 @@ import type { Graph } from "../../../net/protocol";
 import { el, setText } from "../../dom";
 import type { GraphView } from "./place";
 
+const ABOUT = "Find nodes (Ctrl+F); Enter goes to the next";
+
 /** Nodes whose name, type or id has `text` in it. */
 export function matches(graph: Graph, text: string): number[] {
   const wanted = text.trim().toLowerCase();
@@ -13,7 +15,7 @@ export function matches(graph: Graph, text: string): number[] {
 }
 
 export class Finder {
-  readonly field = el("input", { type: "search", placeholder: "find", "aria-label": "Find nodes", title: "Find nodes (Ctrl+F); Enter goes to the next" });
+  readonly field = el("input", { type: "search", placeholder: "find", "aria-label": "Find nodes", title: ABOUT });
   readonly count = el("span", { class: "find-count num dim", role: "status" });
   private all: number[] = [];
   /** Place of the match that is selected; -1 before the first. */

@@ -1,13 +1,14 @@
 // A machine or matrix: its drawing, where the active state and the way taken last are
 // highlighted, and under it the table it was drawn from.
+import type { Span } from "../../../net/protocol";
 import { el, setText, svg } from "../../dom";
+import { lastScroll } from "../../last-scroll";
 import { breakSpot } from "../breaks/dot";
 import { toggleBreak } from "../breaks/state";
 import { drawEdge, drawHead, drawLabel } from "./edge";
-import { type Box, type Layout, layout, LABEL_CHAR_PX, LABEL_HEIGHT_PX } from "./machine-layout";
-import { machineMode } from "./mode";
-import type { Span } from "../../../net/protocol";
 import { lettersOf } from "./letters";
+import { type Box, LABEL_CHAR_PX, LABEL_HEIGHT_PX, type Layout, layout } from "./machine-layout";
+import { machineMode } from "./mode";
 import { aboutNode, type GraphView, keyOf, type Place } from "./place";
 import { liveTable } from "./table";
 import { takenOf } from "./taken";
@@ -15,6 +16,8 @@ import { type Bounds, Viewport } from "./viewport";
 
 /** The mark of a breakpoint at the left of a name is wider than the sign at its right: so far is the name from the middle. */
 const NAME_SHIFT_PX = 2;
+/** For this long after a person scrolled the table stays where it is (ms). */
+const REST_MS = 5000;
 /** Place of the sign of the end, from the right border of a state. */
 const SIGN_PX = 8;
 
@@ -29,11 +32,16 @@ function around({ x, y, width, height }: Box): Bounds {
 export function machineView(place: Place): GraphView {
   const drawing = new MachineDrawing(place);
   const table = liveTable(place.context.store, place.at, place.graph);
-  const below = el("div", { class: "table-box scroll", tabindex: 0, role: "region", "aria-label": `Table of ${place.graph.name}` }, table.root);
+  const label = `Table of ${place.graph.name}`;
+  const attrs = { class: "table-box scroll", tabindex: 0, role: "region", "aria-label": label };
+  const below = el("div", attrs, table.root);
+  const scrolledAt = lastScroll(below);
   const both = place.graph.edges.length > 0 ? [drawing.root, below] : [drawing.root];
   const shown = { graph: [drawing.root], table: [below] }[machineMode.name] ?? both;
   const root = el("div", { class: `machine-pane ${machineMode.name}` }, ...shown);
-  const followTable = () => place.context.pulse.measure(table.follow);
+  const followTable = () => {
+    if (performance.now() - scrolledAt() > REST_MS) place.context.pulse.measure(table.follow);
+  };
   // After a change of size the active row may be out of sight.
   new ResizeObserver(followTable).observe(root);
   return {
@@ -74,7 +82,8 @@ class MachineDrawing {
     const boxes = this.nodes.filter((_, index) => holds[index]);
     const states = this.nodes.filter((_, index) => !holds[index]);
     this.viewport.world.classList.add("machine");
-    this.viewport.world.append(defs, ...boxes, ...this.edges, ...this.labels.flatMap((label) => label ?? []), ...states);
+    const labels = this.labels.flatMap((label) => label ?? []);
+    this.viewport.world.append(defs, ...boxes, ...this.edges, ...labels, ...states);
     this.viewport.onPlaced = (isWhole) => this.hideCut(isWhole);
   }
 
@@ -87,16 +96,19 @@ class MachineDrawing {
     for (const [index, node] of this.labels.entries()) {
       const { at = null, text = "" } = this.laid.edges[index] ?? {};
       if (at === null) continue;
-      node?.classList.toggle("cut", !isWhole(around({ ...at, width: LABEL_CHAR_PX * text.length, height: LABEL_HEIGHT_PX })));
+      const box = { ...at, width: LABEL_CHAR_PX * text.length, height: LABEL_HEIGHT_PX };
+      node?.classList.toggle("cut", !isWhole(around(box)));
     }
   }
 
   /** The lanes and the bar name a phase as the task spells it; the state of that name is spelled alike. */
   private spell(): void {
-    const { context: { store }, graph } = this.place;
-    if (this.spelled === store.spans) return;
-    this.spelled = store.spans;
-    const labels = new Map(store.spans.filter(({ kind }) => kind === "phase").map(({ label }) => [label.toLowerCase(), label]));
+    const { context, graph } = this.place;
+    const { spans } = context.store;
+    if (this.spelled === spans) return;
+    this.spelled = spans;
+    const phases = spans.filter(({ kind }) => kind === "phase");
+    const labels = new Map(phases.map(({ label }) => [label.toLowerCase(), label]));
     for (const [index, node] of this.nodes.entries()) {
       const name = graph.nodes[index]?.name ?? "";
       const text = node.querySelector("text");
@@ -119,9 +131,10 @@ class MachineDrawing {
     this.spell();
     const last = takenOf(context.store, at);
     const { edges } = this.laid;
-    const named = edges.findIndex((edge) => edge.from === last?.from && edge.to === last.to && edge.label === last.label);
+    const isSame = (edge: { from: number; to: number }) => edge.from === last?.from && edge.to === last.to;
+    const named = edges.findIndex((edge) => isSame(edge) && edge.label === last?.label);
     // All ways of a matrix from one state to another are one line.
-    const same = edges.findIndex((edge) => edge.from === last?.from && edge.to === last.to);
+    const same = edges.findIndex(isSame);
     const taken = named < 0 && graph.kind === "matrix" ? same : named;
     for (const all of [this.edges, this.labels]) {
       for (const [index, edge] of all.entries()) edge?.classList.toggle("last", index === taken);
@@ -131,14 +144,15 @@ class MachineDrawing {
   /** Keeps the active state in sight. */
   follow(): void {
     const letters = lettersOf(this.place.context.store, this.place.at);
-    const at = (letter: string) => this.laid.nodes.findIndex((_, index) => letters[index] === letter && this.laid.holds[index] !== true);
+    const at = (letter: string) =>
+      this.laid.nodes.findIndex((_, index) => letters[index] === letter && this.laid.holds[index] !== true);
     // The last state of a job that is over runs no more.
     const active = at("R") >= 0 ? at("R") : at("S") >= 0 ? at("S") : at("F");
     const last = takenOf(this.place.context.store, this.place.at)?.from;
     const next = this.laid.edges.flatMap(({ from, to }) => (from === active ? [to] : []));
     const before = this.laid.edges.flatMap(({ from, to }) => (to === active ? [from] : []));
-    const all = [...new Set([active, last ?? active, ...next, ...before])].flatMap((index) => this.laid.nodes[index] ?? []);
-    this.viewport.watch(all.map(around));
+    const all = [...new Set([active, last ?? active, ...next, ...before])];
+    this.viewport.watch(all.flatMap((index) => this.laid.nodes[index] ?? []).map(around));
   }
 
   mark(found: ReadonlySet<number>): void {

@@ -1,6 +1,6 @@
 // How graphs are shown: a tree as an outline or as a drawing, a machine as a drawing, a
 // table or both; the choice is kept in the browser.
-import { el, setAttr } from "../../dom";
+import { el, plainButton, setAttr } from "../../dom";
 
 /** One of several, with their labels and what they are. */
 class Mode {
@@ -27,8 +27,7 @@ class Mode {
   buttons(): HTMLElement {
     const root = el("div", { class: "segments mode", role: "group", "aria-label": "Shown as" });
     const nodes = this.all.map(([name, label, about]) => {
-      const node = el("button", { type: "button", class: "button small", title: about }, label);
-      node.addEventListener("click", () => this.choose(name));
+      const node = plainButton({ class: "button small", title: about }, () => this.choose(name), label);
       root.append(node);
       return { name, node };
     });

@@ -1,6 +1,6 @@
 // One line of an outline: a node with its status, and what runs below it.
-import { breakDot } from "../breaks/dot";
 import { el, setAttr, setText } from "../../dom";
+import { breakDot } from "../breaks/dot";
 import { aboutNode, type Place } from "./place";
 import { type Shape, signOf } from "./shape";
 

@@ -1,6 +1,6 @@
 // The place of the graph: a tree or a machine with its tools, in the panel or large.
 import type { PanelContext } from "../../context";
-import { el, setAttr } from "../../dom";
+import { el, plainButton, setAttr, spacer } from "../../dom";
 import { icon } from "../../icons";
 import type { GraphChoice } from "../choice";
 import { NodeDetail } from "../node-detail";
@@ -36,10 +36,11 @@ class Pane {
     private readonly onNode: (node: number) => void,
     extra: HTMLElement[],
   ) {
-    this.finder = new Finder(() => context.store.graphs[index()], () => this.view);
+    const graph = () => context.store.graphs[index()];
+    this.finder = new Finder(graph, () => this.view);
     this.strip = stateStrip(context);
     this.running = runningNow(context.store, index, (node) => this.view?.select(node));
-    this.tools.append(this.finder.field, this.finder.count, this.tree, this.machine, el("span", { class: "spacer" }), ...extra);
+    this.tools.append(this.finder.field, this.finder.count, this.tree, this.machine, spacer(), ...extra);
   }
 
   get parts(): HTMLElement[] {
@@ -54,7 +55,9 @@ class Pane {
       treeMode.on(draw),
       machineMode.on(draw),
     ];
-    return () => off.forEach((one) => one());
+    return () => {
+      for (const one of off) one();
+    };
   }
 
   draw(empty: HTMLElement): void {
@@ -85,10 +88,9 @@ class Pane {
 
 export function graphPane(context: PanelContext, choice: GraphChoice, onNode: (node: number) => void): HTMLElement {
   const empty = el("p", { class: "dim hint" }, "The task has not shown its graph yet.");
-  const grow = el("button", { type: "button", class: "button icon-only quiet grow", title: "Show the graph large" });
-  setAttr(grow, "aria-label", "Show the graph large");
-  grow.append(icon("grow"));
-  grow.addEventListener("click", () => enlarge(context, choice.index));
+  const about = "Show the graph large";
+  const attrs = { class: "button icon-only quiet grow", title: about, "aria-label": about };
+  const grow = plainButton(attrs, () => enlarge(context, choice.index), icon("grow"));
   const pane = new Pane(context, () => choice.index, "panel", onNode, [grow]);
   const root = el("div", { class: "graph-pane" }, ...pane.parts);
   const draw = () => {
@@ -126,12 +128,12 @@ export function graphPane(context: PanelContext, choice: GraphChoice, onNode: (n
 function enlarge(context: PanelContext, index: number): void {
   const { store } = context;
   const detail = new NodeDetail(context, () => index);
-  const close = el("button", { type: "button", class: "button" }, "Close");
-  const pane = new Pane(context, () => index, "large", (node) => detail.show(node), []);
+  const close = plainButton({}, () => dialog.close(), "Close");
+  const show = (node: number) => detail.show(node);
+  const pane = new Pane(context, () => index, "large", show, []);
   const title = el("h2", {}, store.graphs[index]?.name ?? "");
   const dialog = el("dialog", { class: "large-graph" }, el("header", {}, title, close), ...pane.parts, detail.root);
   setAttr(dialog, "aria-label", `Graph ${store.graphs[index]?.name ?? ""}`);
-  close.addEventListener("click", () => dialog.close());
   const draw = () => pane.draw(el("p", {}));
   const off = [
     store.on("graph", (changed) => changed === index && pane.show()),

@@ -1,6 +1,6 @@
 // The nodes that run now, each a button that leads to its place in the graph.
 import type { Store } from "../../../net/store";
-import { el } from "../../dom";
+import { el, plainButton } from "../../dom";
 import { words } from "../../format";
 
 /** More would take the room of the graph. */
@@ -16,13 +16,15 @@ function deepest(store: Store, index: number): number[] {
   const graph = store.graphs[index];
   const letters = store.letters[index] ?? "";
   if (graph === undefined) return [];
-  const above = new Set(graph.nodes.flatMap(({ parent }, node) => (letters[node] === "R" && parent !== null ? [parent] : [])));
+  const parents = graph.nodes.flatMap(({ parent }, node) => (letters[node] === "R" ? [parent] : []));
+  const above = new Set<number | null>(parents);
   return graph.nodes.flatMap((_, node) => (letters[node] === "R" && !above.has(node) ? [node] : []));
 }
 
 export function runningNow(store: Store, index: () => number, select: (node: number) => void): Running {
   const list = el("span", { class: "row" });
-  const root = el("div", { class: "running-now", role: "group", "aria-label": "Running now" }, el("span", { class: "dim" }, "Running now"), list);
+  const attrs = { class: "running-now", role: "group", "aria-label": "Running now" };
+  const root = el("div", attrs, el("span", { class: "dim" }, "Running now"), list);
   let shown = "";
   const show = () => {
     const nodes = deepest(store, index());
@@ -31,12 +33,12 @@ export function runningNow(store: Store, index: () => number, select: (node: num
     shown = key;
     const buttons = nodes.slice(0, SHOWN).map((node) => {
       const name = store.graphs[index()]?.nodes[node]?.name ?? "";
-      const button = el("button", { type: "button", class: "button small quiet", title: `Show ${name} in the graph` }, words(name));
-      button.addEventListener("click", () => select(node));
-      return button;
+      const attrs = { class: "button small quiet", title: `Show ${name} in the graph` };
+      return plainButton(attrs, () => select(node), words(name));
     });
     const more = nodes.length - buttons.length;
-    list.replaceChildren(...(buttons.length > 0 ? buttons : [el("span", { class: "dim" }, "nothing")]), more > 0 ? ` and ${more} more` : "");
+    const none = el("span", { class: "dim" }, "nothing");
+    list.replaceChildren(...(buttons.length > 0 ? buttons : [none]), more > 0 ? ` and ${more} more` : "");
   };
   return { root, show };
 }

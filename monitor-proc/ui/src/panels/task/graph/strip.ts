@@ -87,8 +87,9 @@ function place(drawn: Drawn[], now: number): void {
     node.hidden = right <= left;
     node.style.left = `${left}%`;
     node.style.width = `${right - left}%`;
-    const end = to_s > now ? now : to_s;
+    const end = Math.min(to_s, now);
     setAttr(node, "data-short", end - Math.max(span.from_s, now - SHOWN_S) < NAMED_S ? "" : null);
-    setTitle(node, `${span.label}: ${span.from_s.toFixed(2)} s to ${end.toFixed(2)} s (${(end - span.from_s).toFixed(1)} s)`);
+    const lasted = `${(end - span.from_s).toFixed(1)} s`;
+    setTitle(node, `${span.label}: ${span.from_s.toFixed(2)} s to ${end.toFixed(2)} s (${lasted})`);
   }
 }

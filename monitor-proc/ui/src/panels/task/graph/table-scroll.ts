@@ -1,34 +1,11 @@
 // What of a table is in sight: whole rows and columns beside the header and the first column, which stay.
 
-/** For this long after a person scrolled the table stays where it is (ms). */
-const REST_MS = 5000;
 /** Rows that a table beside a drawing shows where there is room. */
 const ROWS = 4;
 /** Shares of the height that a table beside a drawing takes: at most, and for `ROWS` rows. */
 const [SHARE, SHARE_FOR_ROWS] = [0.5, 0.64];
 /** Height that the drawing keeps (px): that of the style sheet. */
 const DRAWING_PX = 96;
-
-/** Whether no person scrolled the box of a table lately. */
-export class Untouched {
-  private at_ms = -Infinity;
-
-  constructor(root: HTMLElement) {
-    const touch = (event: Event) => {
-      if (event instanceof PointerEvent && event.buttons === 0) return;
-      this.at_ms = performance.now();
-    };
-    // The bar beside a table belongs to its box.
-    const listen = () => {
-      for (const kind of ["wheel", "pointerdown", "pointermove", "touchmove", "keydown"]) root.parentElement?.addEventListener(kind, touch, { passive: true });
-    };
-    queueMicrotask(listen);
-  }
-
-  holds(): boolean {
-    return performance.now() - this.at_ms > REST_MS;
-  }
-}
 
 interface Part {
   from: number;
@@ -52,6 +29,10 @@ function rowPart({ offsetTop, offsetHeight }: HTMLElement): Part {
   return { from: offsetTop, to: offsetTop + offsetHeight };
 }
 
+function columnPart({ offsetLeft, offsetWidth }: HTMLElement): Part {
+  return { from: offsetLeft, to: offsetLeft + offsetWidth };
+}
+
 /** The height that the box may take (px). */
 function mostOf(box: HTMLElement, head: HTMLElement, rows: HTMLElement[], borders: number): number {
   const pane = box.parentElement;
@@ -72,7 +53,8 @@ export function revealRows(root: HTMLTableElement, rows: HTMLElement[], wanted: 
   const end = parts.at(-1)?.to ?? 0;
   const shown = startOf(parts, wanted.map(rowPart), room) ?? head.offsetHeight + box.scrollTop;
   // No room is left empty below the last row where rows above it fit.
-  const start = end - shown < room ? Math.min(shown, parts.find(({ from }) => from >= end - room)?.from ?? shown) : shown;
+  const lowest = parts.find(({ from }) => from >= end - room)?.from ?? shown;
+  const start = end - shown < room ? Math.min(shown, lowest) : shown;
   const last = parts.filter(({ from, to }) => from >= start && to <= start + room).at(-1);
   const height = (last?.to ?? start + room) - start + head.offsetHeight + borders;
   const limit = `${Math.ceil(height)}px`;
@@ -85,10 +67,9 @@ export function revealColumns(root: HTMLTableElement, columns: HTMLElement[], wa
   const box = root.parentElement;
   const fixed = root.tHead?.rows[0]?.cells[0]?.offsetWidth ?? 0;
   if (box === null || box.clientWidth === 0) return;
-  const partOf = ({ offsetLeft, offsetWidth }: HTMLElement): Part => ({ from: offsetLeft, to: offsetLeft + offsetWidth });
-  const parts = columns.map(partOf);
+  const parts = columns.map(columnPart);
   const room = box.clientWidth - fixed;
-  const start = startOf(parts, wanted.map(partOf), room);
+  const start = startOf(parts, wanted.map(columnPart), room);
   if (start === null) return;
   // Room behind the last column, without which the first one in sight would be cut.
   root.style.marginRight = `${Math.max(0, start - fixed + box.clientWidth - root.offsetWidth)}px`;

@@ -3,10 +3,10 @@
 import type { Graph } from "../../../net/protocol";
 import type { Store } from "../../../net/store";
 import { el, setAttr } from "../../dom";
-import { lettersOf, wayOut } from "./letters";
-import { revealColumns, revealRows, Untouched } from "./table-scroll";
-import { takenOf } from "./taken";
 import { term } from "../../terms";
+import { lettersOf, wayOut } from "./letters";
+import { revealColumns, revealRows } from "./table-scroll";
+import { takenOf } from "./taken";
 
 export interface LiveTable {
   root: HTMLElement;
@@ -24,7 +24,7 @@ interface Cell {
 /** Handlers by event, as a state's detail tells them: `EVENT: handler, ...`. */
 function handlers(detail: string): Map<string, string> {
   const pairs = detail.split(", ").map((part) => part.split(": "));
-  return new Map(pairs.flatMap(([event, handler]) => (event !== undefined && handler !== undefined ? [[event, handler]] : [])));
+  return new Map(pairs.filter((pair): pair is [string, string] => pair.length > 1));
 }
 
 /** All events, in an order that keeps that of every state: that of precedence. */
@@ -88,15 +88,13 @@ function matrixTable(store: Store, at: number, graph: Graph): LiveTable {
       node.classList.toggle("last", last?.from === from && last.label === event);
     }
   };
-  const untouched = new Untouched(root);
   const follow = () => {
-    if (!untouched.holds()) return;
     const last = cells.find(({ node }) => node.classList.contains("last"))?.node;
     const isNamed = ({ node }: Cell) => isActive(node) && node.childElementCount > 0;
     const active = cells.filter(isNamed).flatMap(({ node }) => node.parentElement ?? []);
     const at = columns.find((column) => isActive(column));
-    revealRows(root, rows, [...(last?.parentElement == null ? [] : [last.parentElement]), ...active]);
-    revealColumns(root, columns, [...(at === undefined ? [] : [at]), ...(last === undefined ? [] : [last])]);
+    revealRows(root, rows, [last?.parentElement ?? [], ...active].flat());
+    revealColumns(root, columns, [at ?? [], last ?? []].flat());
   };
   return { root, show, follow };
 }
@@ -111,9 +109,9 @@ function rowsTable(store: Store, at: number, graph: Graph): LiveTable {
   const name = (index: number) => graph.nodes[index]?.name ?? "?";
   const rows = graph.edges.map((edge) => {
     const [trigger = "", guard = ""] = edge.label.split(/ \[|\]/);
-    const states = [el("td", {}, name(edge.from)), el("td", {}, `→ ${name(edge.to)}`)];
-    const [start, end] = states;
-    const node = el("tr", {}, ...states, el("td", {}, breakable(trigger)), el("td", { class: "dim" }, breakable(guard)));
+    const [start, end] = [el("td", {}, name(edge.from)), el("td", {}, `→ ${name(edge.to)}`)];
+    const when = [el("td", {}, breakable(trigger)), el("td", { class: "dim" }, breakable(guard))];
+    const node = el("tr", {}, start, end, ...when);
     return { edge, node, start, end };
   });
   const head = ["from", "to", "trigger", "guard"].map((text) => el("th", { scope: "col" }, term(text)));
@@ -131,18 +129,17 @@ function rowsTable(store: Store, at: number, graph: Graph): LiveTable {
       const same = last?.from === edge.from && last.to === edge.to && last.label === edge.label;
       node.classList.toggle("last", same);
       // The state in which the machine ended; only the way that led there ends in it.
-      if (start !== undefined) setAttr(start, "data-end", endOf(letters[edge.from]));
-      if (end !== undefined) setAttr(end, "data-end", same ? endOf(letters[edge.to]) : null);
+      setAttr(start, "data-end", endOf(letters[edge.from]));
+      setAttr(end, "data-end", same ? endOf(letters[edge.to]) : null);
     }
   };
-  const untouched = new Untouched(root);
   const follow = () => {
-    if (!untouched.holds()) return;
     const nodes = rows.map(({ node }) => node);
     const active = nodes.filter(isActive);
     const last = nodes.find((node) => node.classList.contains("last"));
-    const ended = rows.filter(({ start }) => start?.dataset.end !== undefined).map(({ node }) => node);
-    revealRows(root, nodes, [...active.slice(0, 1), ...(last === undefined ? [] : [last]), ...active.slice(1), ...ended]);
+    const ended = rows.filter(({ start }) => start.dataset.end !== undefined).map(({ node }) => node);
+    const [first, ...others] = active;
+    revealRows(root, nodes, [first ?? [], last ?? [], ...others, ...ended].flat());
   };
   return { root, show, follow };
 }

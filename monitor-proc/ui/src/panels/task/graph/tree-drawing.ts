@@ -5,7 +5,7 @@ import { toggleBreak } from "../breaks/state";
 import { type Folds, foldsOf } from "./folds";
 import { aboutNode, type GraphView, keyOf, type Place } from "./place";
 import { below, runningBelow, type Shape, shapeOf, unfold } from "./shape";
-import { captionOf, NODE_HEIGHT_PX, type TreeBox, treeLayout, type TreeLayout } from "./tree-layout";
+import { captionOf, NODE_HEIGHT_PX, type TreeBox, type TreeLayout, treeLayout } from "./tree-layout";
 import { type Bounds, Viewport } from "./viewport";
 
 export class TreeDrawing implements GraphView {

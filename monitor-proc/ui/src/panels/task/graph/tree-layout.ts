@@ -37,7 +37,8 @@ export function treeLayout(graph: Graph, shape: Shape, folds: Folds): TreeLayout
     const depth = shape.depth[index] ?? 0;
     if (away[index] !== true) columns[depth] = Math.max(columns[depth] ?? 0, width);
   }
-  const lefts = columns.map((_, depth) => columns.slice(0, depth).reduce((sum, width) => sum + width + COLUMN_GAP_PX, 0));
+  const before = (depth: number) => columns.slice(0, depth).reduce((sum, width) => sum + width + COLUMN_GAP_PX, 0);
+  const lefts = columns.map((_, depth) => before(depth));
   const boxes: (TreeBox | null)[] = graph.nodes.map(() => null);
   let rows = 0;
   const put = (index: number): number => {

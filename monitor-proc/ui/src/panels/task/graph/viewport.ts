@@ -1,5 +1,5 @@
 // Pan and zoom of a drawing: drag, wheel, pinch, keys and buttons.
-import { el, setAttr, svg } from "../../dom";
+import { el, plainButton, setAttr, svg } from "../../dom";
 import { looksOf } from "./looks";
 
 export interface Bounds {
@@ -117,9 +117,11 @@ export class Viewport {
 
   /** The middle of the watched parts that there is room for. */
   private middle(scale: number): { x: number; y: number } {
-    const { bounds, size, watched: [first, ...others] } = this;
+    const { bounds, size } = this;
+    const [first, ...others] = this.watched;
     if (first === undefined) return { x: bounds.left + bounds.width / 2, y: bounds.top };
-    const isRoom = ({ width, height }: Bounds) => scale * width <= size.width - 2 * PAD_PX && scale * height <= size.height - 2 * PAD_PX;
+    const isRoom = ({ width, height }: Bounds) =>
+      scale * width <= size.width - 2 * PAD_PX && scale * height <= size.height - 2 * PAD_PX;
     let all = first;
     for (const part of others) {
       const more = joined(all, part);
@@ -133,7 +135,8 @@ export class Viewport {
   }
 
   private apply(): void {
-    const { look, bounds, size: { width, height } } = this;
+    const { look, bounds } = this;
+    const { width, height } = this.size;
     if (look.fit) {
       // A hidden drawing has no size; it gets one when it is shown.
       if (width === 0 || height === 0) return;
@@ -143,20 +146,21 @@ export class Viewport {
       look.x = placed(width, look.scale, bounds.left, bounds.width, x);
       look.y = placed(height, look.scale, bounds.top, bounds.height, y);
     }
-    setAttr(this.world, "transform", `translate(${look.x.toFixed(2)} ${look.y.toFixed(2)}) scale(${look.scale.toFixed(4)})`);
+    const [x, y, scale] = [look.x.toFixed(2), look.y.toFixed(2), look.scale.toFixed(4)];
+    setAttr(this.world, "transform", `translate(${x} ${y}) scale(${scale})`);
     const inside = (from: number, length: number, room: number) => from >= 0 && from + look.scale * length <= room;
     this.onPlaced(
-      (part) => inside(look.x + look.scale * part.left, part.width, width) && inside(look.y + look.scale * part.top, part.height, height),
+      (part) =>
+        inside(look.x + look.scale * part.left, part.width, width) &&
+        inside(look.y + look.scale * part.top, part.height, height),
     );
   }
 
   private buttons(): HTMLElement {
     const make = (text: string, about: string, run: () => void) => {
-      const node = el("button", { type: "button", class: "button small", title: about }, text);
       // A sign alone has no name.
-      if (text.length === 1) setAttr(node, "aria-label", about);
-      node.addEventListener("click", run);
-      return node;
+      const name = text.length === 1 ? about : false;
+      return plainButton({ class: "button small", title: about, "aria-label": name }, run, text);
     };
     return el(
       "div",
@@ -187,10 +191,11 @@ export class Viewport {
       root.addEventListener(end, ({ pointerId }) => this.pointers.delete(pointerId));
     }
     // The browser reports the end of a drag as a click, which must not act on the node under it.
-    root.addEventListener("click", (event) => {
+    const end = (event: MouseEvent) => {
       if (this.dragged) event.stopPropagation();
       this.dragged = false;
-    }, { capture: true });
+    };
+    root.addEventListener("click", end, { capture: true });
   }
 
   private wheel(event: WheelEvent): void {

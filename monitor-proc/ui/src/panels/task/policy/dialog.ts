@@ -1,7 +1,7 @@
 // The sheet in which the policy's file is edited, checked and applied.
 import { button } from "../../button";
 import type { PanelContext } from "../../context";
-import { el, setText } from "../../dom";
+import { el, plainButton, setText, spacer } from "../../dom";
 import { type Mistake, type PolicyFile, sendPolicy, type Verdict } from "./api";
 import type { Editor } from "./editor";
 
@@ -34,8 +34,7 @@ class Sheet {
     const { text, language, schema } = file;
     this.editor = makeEditor({ text, language, schema, readOnly: this.why() !== null, onChange: () => this.changed() });
     const name = file.name ?? "policy";
-    const close = el("button", { type: "button", class: "button" }, "Close");
-    close.addEventListener("click", () => this.leave());
+    const close = plainButton({}, () => this.leave(), "Close");
     this.dialog = el(
       "dialog",
       { class: "policy-sheet", "aria-label": `Edit ${name}` },
@@ -44,7 +43,7 @@ class Sheet {
       this.state,
       this.mistakes,
       this.ask,
-      el("footer", { class: "row" }, el("span", { class: "dim" }, this.fate()), el("span", { class: "spacer" }), ...this.buttons()),
+      el("footer", { class: "row" }, el("span", { class: "dim" }, this.fate()), spacer(), ...this.buttons()),
     );
     this.fillAsk();
     // A browser lets the second Escape in a row close a dialog unasked.
@@ -72,7 +71,8 @@ class Sheet {
 
   private fate(): string {
     const { writable, name } = this.file;
-    return writable ? `Applied texts are saved to ${name ?? "the file"}` : "Applied texts are not saved: run with --data DIR";
+    if (!writable) return "Applied texts are not saved: run with --data DIR";
+    return `Applied texts are saved to ${name ?? "the file"}`;
   }
 
   private isDirty(): boolean {
@@ -105,7 +105,8 @@ class Sheet {
     const verdict = await sendPolicy(text, true);
     if (verdict.ok) this.applied = text;
     if (number !== this.newest) return;
-    this.show(verdict, this.file.writable ? `Applied and saved to ${this.file.name ?? "the file"}: the task restarts` : "Applied, not saved: the task restarts");
+    const saved = this.file.writable ? ` and saved to ${this.file.name ?? "the file"}` : ", not saved";
+    this.show(verdict, `Applied${saved}: the task restarts`);
     if (verdict.ok) this.context.notify("the task restarts with the edited policy");
   }
 
@@ -120,9 +121,12 @@ class Sheet {
 
   private listed({ line, column, message }: Mistake): HTMLElement {
     if (line === 0) return el("li", {}, message);
-    const node = el("button", { type: "button" }, el("b", { class: "num" }, `${line}:${column}`), ` ${message}`);
-    node.addEventListener("click", () => this.editor.goTo(line, column));
-    return el("li", {}, node);
+    const at = el("b", { class: "num" }, `${line}:${column}`);
+    return el(
+      "li",
+      {},
+      plainButton({ class: false }, () => this.editor.goTo(line, column), at, ` ${message}`),
+    );
   }
 
   private buttons(): HTMLElement[] {
@@ -146,11 +150,9 @@ class Sheet {
 
   /** What would be lost is asked about. */
   private fillAsk(): void {
-    const stay = el("button", { type: "button", class: "button small" }, "Keep editing");
-    const discard = el("button", { type: "button", class: "button small warn" }, "Discard");
-    stay.addEventListener("click", () => this.stay());
-    discard.addEventListener("click", () => this.dialog.close());
-    this.ask.append(el("span", {}, "The changes are not applied."), el("span", { class: "spacer" }), stay, discard);
+    const stay = plainButton({ class: "button small" }, () => this.stay(), "Keep editing");
+    const discard = plainButton({ class: "button small warn" }, () => this.dialog.close(), "Discard");
+    this.ask.append(el("span", {}, "The changes are not applied."), spacer(), stay, discard);
   }
 
   private stay(): void {

@@ -1,8 +1,23 @@
 // The editor itself; loaded when it is opened first.
-import { autocompletion, closeBrackets, closeBracketsKeymap, completionKeymap, type CompletionContext, type CompletionResult } from "@codemirror/autocomplete";
+import {
+  autocompletion,
+  type CompletionContext,
+  type CompletionResult,
+  closeBrackets,
+  closeBracketsKeymap,
+  completionKeymap,
+} from "@codemirror/autocomplete";
 import { defaultKeymap, history, historyKeymap } from "@codemirror/commands";
 import { json } from "@codemirror/lang-json";
-import { bracketMatching, HighlightStyle, indentOnInput, indentUnit, StreamLanguage, syntaxHighlighting, syntaxTree } from "@codemirror/language";
+import {
+  bracketMatching,
+  HighlightStyle,
+  indentOnInput,
+  indentUnit,
+  StreamLanguage,
+  syntaxHighlighting,
+  syntaxTree,
+} from "@codemirror/language";
 import { toml } from "@codemirror/legacy-modes/mode/toml";
 import { type Diagnostic, lintGutter, lintKeymap, setDiagnostics } from "@codemirror/lint";
 import { highlightSelectionMatches, search, searchKeymap } from "@codemirror/search";
@@ -48,7 +63,8 @@ function completeJson(words: Words) {
     const known = node.name === "PropertyName" ? words.keys : node.name === "String" ? words.values : null;
     if (known === null) return null;
     const text = context.state.sliceDoc(node.from, context.pos);
-    return { from: node.from + (text.startsWith('"') ? 1 : 0), options: options(known, "property"), validFor: /^[\w.-]*$/ };
+    const from = node.from + (text.startsWith('"') ? 1 : 0);
+    return { from, options: options(known, "property"), validFor: /^[\w.-]*$/ };
   };
 }
 
@@ -64,7 +80,13 @@ function completeToml(words: Words) {
   };
 }
 
-export function makeEditor(spec: { text: string; language: "json" | "toml"; schema: unknown; onChange: () => void; readOnly: boolean }): Editor {
+export function makeEditor(spec: {
+  text: string;
+  language: "json" | "toml";
+  schema: unknown;
+  onChange: () => void;
+  readOnly: boolean;
+}): Editor {
   const words = wordsOf(spec.schema);
   const isJson = spec.language === "json";
   const view = new EditorView({
@@ -86,7 +108,14 @@ export function makeEditor(spec: { text: string; language: "json" | "toml"; sche
         syntaxHighlighting(colours),
         autocompletion({ override: [isJson ? completeJson(words) : completeToml(words)] }),
         // Tab leaves the editor: the keyboard must lead out of it.
-        keymap.of([...closeBracketsKeymap, ...completionKeymap, ...searchKeymap, ...lintKeymap, ...historyKeymap, ...defaultKeymap]),
+        keymap.of([
+          ...closeBracketsKeymap,
+          ...completionKeymap,
+          ...searchKeymap,
+          ...lintKeymap,
+          ...historyKeymap,
+          ...defaultKeymap,
+        ]),
         EditorView.contentAttributes.of({ "aria-label": "Policy", tabindex: "0" }),
         EditorView.updateListener.of((update) => update.docChanged && spec.onChange()),
         EditorState.readOnly.of(spec.readOnly),
@@ -97,7 +126,10 @@ export function makeEditor(spec: { text: string; language: "json" | "toml"; sche
   return {
     root: view.dom,
     text: () => view.state.doc.toString(),
-    blame: (mistakes) => view.dispatch(setDiagnostics(view.state, mistakes.flatMap((mistake) => marked(view, mistake)))),
+    blame: (mistakes) => {
+      const found = mistakes.flatMap((mistake) => marked(view, mistake));
+      view.dispatch(setDiagnostics(view.state, found));
+    },
     goTo: (line, column) => {
       const anchor = placeOf(view.state.doc, line, column);
       view.dispatch({ selection: { anchor }, effects: EditorView.scrollIntoView(anchor, { y: "center" }) });
