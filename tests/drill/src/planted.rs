@@ -4,6 +4,7 @@
 //! fails. All copies are one directory and share their build. A bug whose text asks for
 //! [`SWITCH`] can be off: those are built once, all together, and each is on in its own search.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::Instant;
@@ -184,7 +185,9 @@ fn copy_of_tree() -> Result<PathBuf, String> {
     git.current_dir(root())
         .args(["ls-files", "-z", "--cached", "--others"]);
     let listed = run(git.arg("--exclude-standard"))?.stdout;
-    for name in String::from_utf8_lossy(&listed).split_terminator('\0') {
+    let listed = String::from_utf8_lossy(&listed);
+    remove_others(&tree, &tree, &listed.split_terminator('\0').collect())?;
+    for name in listed.split_terminator('\0') {
         let (from, to) = (root().join(name), tree.join(name));
         // A file that was removed and not committed is listed, too.
         let Ok(bytes) = std::fs::read(&from) else {
@@ -198,6 +201,23 @@ fn copy_of_tree() -> Result<PathBuf, String> {
         std::fs::write(&to, bytes).map_err(|error| say(&to, error))?;
     }
     Ok(tree)
+}
+
+/// Removes the files below `dir` that are not `listed` by their path from `tree`: those of an earlier
+/// copy that have moved.
+fn remove_others(tree: &Path, dir: &Path, listed: &BTreeSet<&str>) -> Result<(), String> {
+    let Ok(entries) = std::fs::read_dir(dir) else {
+        return Ok(());
+    };
+    for path in entries.flatten().map(|entry| entry.path()) {
+        let name = path.strip_prefix(tree).ok().and_then(Path::to_str);
+        if path.is_dir() {
+            remove_others(tree, &path, listed)?;
+        } else if name.is_none_or(|name| !listed.contains(name)) {
+            std::fs::remove_file(&path).map_err(|error| say(&path, error))?;
+        }
+    }
+    Ok(())
 }
 
 /// The drill of the copy of the tree.
