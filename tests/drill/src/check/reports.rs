@@ -158,6 +158,8 @@ struct Deaths {
     untold: BTreeMap<Process, (u32, u64)>,
     /// Those that the launcher ended itself.
     asked: Vec<Process>,
+    /// The monitor was given up: of each further try nobody is told.
+    has_no_monitor: bool,
     gave_up: bool,
 }
 
@@ -174,12 +176,15 @@ impl Check for Deaths {
             Seen::News(News::Gone(process, _, exit)) => {
                 let was_asked = self.asked.contains(process);
                 self.asked.retain(|asked| asked != process);
-                if !was_asked && *exit != Exit::Code(0) {
+                let is_try = *process == Process::Monitor && self.has_no_monitor;
+                if !was_asked && !is_try && *exit != Exit::Code(0) {
                     let of = self.untold.entry(*process).or_default();
                     *of = (of.0 + 1, moment.now_ns);
                 }
             }
+            Seen::News(News::Began(Process::Monitor, _)) => self.has_no_monitor = false,
             Seen::News(News::Warned(text)) => {
+                self.has_no_monitor |= text.starts_with("monitor has stopped");
                 let of = self.untold.iter_mut();
                 let mut of = of.filter(|(process, _)| text.starts_with(&process.name()));
                 if let Some((_, (count, _))) = of.next() {
