@@ -7,7 +7,7 @@ use super::comments::{code_lines, package};
 use super::{collect, files, is_test, root, split};
 
 /// `core`, `tasks`, `cell`, the processes, the command line, Python and the tools.
-const MAIN: usize = 102_900;
+const MAIN: usize = 102_920;
 /// Gateways, formats, benches and fuzz programs: each can be left out.
 const OPTIONAL: usize = 15_000;
 const PACKAGE: usize = 13_500;
