@@ -63,7 +63,7 @@ export abstract class SampleWindow<Sample extends { time_s: number }> {
     this.wantsEarlier = true;
   }
 
-  /** What came before the first live sample. */
+  /** The recorded samples before the first live one. */
   private readEarlier(): void {
     const first_s = this.live[0]?.time_s;
     const begin_s = this.store.timeline?.from_s;

@@ -158,7 +158,7 @@ struct Deaths {
     untold: BTreeMap<Process, (u32, u64)>,
     /// Those that the launcher ended itself.
     asked: Vec<Process>,
-    /// The monitor was given up: of each further try nobody is told.
+    /// The launcher gave the monitor up: it does not report each further attempt.
     has_no_monitor: bool,
     gave_up: bool,
 }

@@ -12,8 +12,7 @@ export function policyButton(context: PanelContext): HTMLElement {
     none = typeof file === "string" ? file : null;
     return typeof file === "string" ? null : file;
   };
-  const recorded = () =>
-    context.store.hello?.live === false ? "this is a recording: its policy is what it was" : null;
+  const recorded = () => (context.store.hello?.live === false ? "the policy of a recording cannot be edited" : null);
   const node = button(context, {
     label: "Edit policy",
     class: "small",
